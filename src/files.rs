@@ -1,4 +1,5 @@
-//! Reading of whole files that the user names. Only regular files up to a limit of length are read.
+//! Reading of whole files that the user names. The functions read only regular files, and reject files above a limit of
+//! length.
 
 use std::fs::{self, File, Metadata};
 use std::io::{self, ErrorKind, Read};
@@ -7,7 +8,7 @@ use std::path::Path;
 /// Reads the bytes of a file of at most `limit` bytes. Links to files are followed.
 ///
 /// # Errors
-/// Errors of the operating system, [`ErrorKind::InvalidInput`] for anything but a regular file, and
+/// Returns errors of the operating system, [`ErrorKind::InvalidInput`] for anything but a regular file, and
 /// [`ErrorKind::FileTooLarge`] for a longer file.
 pub fn read(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
     // Checks before opening, because opening a pipe waits for its other end.
@@ -25,7 +26,7 @@ pub fn read(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
 /// Reads the text of a file of at most `limit` bytes.
 ///
 /// # Errors
-/// The errors of [`read`], and [`ErrorKind::InvalidData`] for text that is not UTF-8.
+/// Returns the errors of [`read`], and [`ErrorKind::InvalidData`] for text that is not UTF-8.
 pub fn read_text(path: &Path, limit: u64) -> io::Result<String> {
     String::from_utf8(read(path, limit)?).map_err(|e| {
         let place = e.utf8_error().valid_up_to() + 1;

@@ -1,7 +1,7 @@
 //! Regular grid of the joint, and the cells of it that belong to the joint.
 //!
 //! A field is a flat slice of `nx * ny` values, x slow and y fast: cell (i, j) is at `i * ny + j`. A module that takes
-//! a field also takes its [`Grid`] or [`Patch`]. Only this module depends on the order.
+//! a field also takes its [`Grid`] or [`Patch`]. Only the module `grid` depends on the order of the values in a field.
 
 use serde::{Deserialize, Serialize};
 

@@ -16,11 +16,12 @@ const HASH: usize = 32;
 /// Bytes before a result: the hash of its inputs, and the length of the result.
 const HEAD: usize = HASH + 8;
 
-/// Function that stores some results. It returns false if it cannot store them, and is then not called again.
+/// Function that stores some results. The function returns false if it cannot store the results, and is then not called
+/// again.
 pub type Keep = Box<dyn FnMut(&[u8]) -> bool + Send>;
 
-/// Results of an earlier start, and storage for the results of this one. Clones share the journal. A closed
-/// journal does nothing.
+/// Results of an earlier start, and storage for the results of this start. Clones share the journal. A closed journal
+/// does nothing.
 #[derive(Clone, Default)]
 pub struct Journal(Arc<Mutex<JournalContent>>);
 
@@ -41,9 +42,9 @@ impl fmt::Debug for Journal {
 }
 
 impl Journal {
-    /// Opens the journal with the bytes `kept` by an earlier start and a function `keep` that stores more.
-    /// Reading stops at the first invalid bytes. Results within an `interval` are stored together. Returns
-    /// the number of results in `kept`.
+    /// Opens the journal. `kept` contains the stored bytes of an earlier start, and the function `keep` stores the
+    /// results of this start. Reading stops at the first invalid bytes. Results within an `interval` are stored
+    /// together. Returns the number of results in `kept`.
     pub fn open(&self, kept: &[u8], interval: Duration, keep: Keep) -> usize {
         let kept = results(kept);
         let count = kept.len();
@@ -62,15 +63,15 @@ impl Journal {
         *self.pages() = JournalContent::default();
     }
 
-    /// Returns the result of the next call if it was computed from these inputs. Otherwise the stored results
-    /// belong to another computation, and the journal is closed.
+    /// Returns the stored result of the next call if it was computed from these inputs. If the inputs differ, the
+    /// stored results belong to another computation, and `reuse` closes the journal.
     pub fn reuse(&self, inputs: &Inputs) -> Option<Vec<u8>> {
         let mut pages = self.pages();
         let (hash, result) = pages.kept.pop_front()?;
         if hash == inputs.hash() {
             return Some(result);
         }
-        // More results follow this one on the disk, so that nothing may be appended to them.
+        // More results follow the rejected result on the disk, so that nothing may be appended to these results.
         *pages = JournalContent::default();
         None
     }
@@ -98,7 +99,8 @@ impl Journal {
         }
     }
 
-    /// Returns true if results are stored or reused. Otherwise callers need not hash their inputs.
+    /// Returns true if the journal stores or reuses results. If the journal is closed, callers need not hash their
+    /// inputs.
     pub fn is_open(&self) -> bool {
         self.pages().keep.is_some()
     }
@@ -176,7 +178,7 @@ impl Writer {
     }
 }
 
-/// Reader of numbers from bytes. It returns `None` at the end of the bytes.
+/// Reader of numbers from bytes. The reader returns `None` at the end of the bytes.
 pub struct Reader<'a>(pub &'a [u8]);
 
 impl Reader<'_> {

@@ -2,8 +2,8 @@
 //!
 //! A unit is a product or quotient of powers of prefixed units. The parser compares its dimension with the expected
 //! one, and so rejects a pressure where a force is due. Scaling by powers of ten is exact: it shifts the decimal
-//! exponent of the text before the number is rounded to `f64`. So `"5 um"` and `"0.005 mm"` are the same number, bit
-//! for bit.
+//! exponent of the text before the number is rounded to `f64`. By this exact scaling, `"5 um"` and `"0.005 mm"` are the
+//! same number, bit for bit.
 //!
 //! ```
 //! use fretwear::units::{Dimension, parse};
@@ -25,8 +25,8 @@ use expression::Scale;
 
 /// Exponents of the base units of a quantity.
 ///
-/// SI counts the radian as 1. Here it has its own exponent, so that a bare `90` is rejected as an angle (degrees or
-/// radians?), and `"0.6 deg"` is rejected as a friction coefficient.
+/// SI counts the radian as 1. In `Dimension` the radian has its own exponent, so that a bare `90` is rejected as an
+/// angle (degrees or radians?), and `"0.6 deg"` is rejected as a friction coefficient.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Dimension {
     /// Exponent of the metre.
@@ -208,8 +208,8 @@ impl Dimension {
         }
     }
 
-    /// Says which quantity is expected, with examples. They use `number` if there is one, so that the reader can copy
-    /// them.
+    /// Says which quantity is expected, with examples. The examples use `number` if it is given, so that the reader can
+    /// copy them.
     fn expectation(self, number: Option<&str>) -> String {
         let Some(named) = self.named() else {
             return format!("{self} is wanted");
@@ -374,7 +374,7 @@ pub fn parse(text: &str, expected: Dimension) -> Result<f64, UnitError> {
     if !value.is_finite() {
         return Err(unit_error(UnitProblem::NotFinite));
     }
-    // Adding 0.0 removes the sign of a negative zero. Otherwise equal quantities could differ in a hash of their
+    // Adding 0.0 removes the sign of a negative zero. With the sign, equal quantities could differ in a hash of their
     // digits.
     Ok(value + 0.0)
 }
@@ -396,7 +396,7 @@ pub fn parse_any(text: &str) -> Result<(f64, Dimension), UnitProblem> {
 /// Returns the SI value of one unit, such as 1e-6 for `"um"`, or of a multiple, such as 0.0254 for `"25.4 mm"`.
 ///
 /// # Errors
-/// The same errors as [`parse`], and an error for a value that is not positive.
+/// `parse_unit` returns the same errors as [`parse`], and an error for a value that is not positive.
 pub fn parse_unit(text: &str, expected: Dimension) -> Result<f64, UnitError> {
     let quantity = match text
         .trim()
@@ -431,7 +431,7 @@ pub fn has_force(text: &str) -> bool {
 /// Checks a number without a unit. Returns it if a pure number is expected, and an error otherwise.
 ///
 /// # Errors
-/// The same errors as [`parse`].
+/// `from_number` returns the same errors as [`parse`].
 pub fn from_number(number: f64, expected: Dimension) -> Result<f64, UnitError> {
     let problem = if !number.is_finite() {
         UnitProblem::NotFinite

@@ -27,7 +27,8 @@ pub(super) const INDEX: &str = "index";
 pub(super) const WEAR_ITERATION: &str = "wear_iteration";
 /// Number of rows at which a shard is written. About a hundred columns of this length fit into 100 MB.
 const ROWS_OF_A_SHARD: usize = 1 << 17;
-/// Largest number of rows that is read from a shard. It exceeds [`ROWS_OF_A_SHARD`] because a single run may be longer.
+/// Largest number of rows that is read from a shard. The limit exceeds [`ROWS_OF_A_SHARD`] because the history of a
+/// single run may have more rows than a shard.
 const MOST_ROWS: i64 = 1 << 26;
 /// Largest size of the history of a run \[B\].
 const LONGEST_HISTORY: u64 = 1 << 30;
@@ -45,7 +46,7 @@ pub struct CollectionSummary {
     pub shards: Vec<PathBuf>,
     /// Damaged histories, each with the damage.
     pub damaged: Vec<(PathBuf, String)>,
-    /// Errors of histories that could not be read. Their content may be intact.
+    /// Errors of histories that could not be read, although the content of the histories may be intact.
     pub unread: Vec<CampaignError>,
 }
 

@@ -123,7 +123,8 @@ pub struct Definition {
 /// Top-level keys of a campaign file.
 const NAMES: [&str; 7] = ["title", "scene", "keep", "set", "grid", "list", "random"];
 
-/// Context of reading a campaign file: its path for errors, and which keys hold paths.
+/// Reader of a campaign file. `path` is the path of the file, for error messages. `is_path` returns true for keys whose
+/// value is a path.
 struct Reader<'a> {
     path: &'a Path,
     is_path: &'a dyn Fn(&str) -> bool,
@@ -169,7 +170,7 @@ impl Reader<'_> {
         leaves
     }
 
-    /// Makes a value absolute if its key holds a path.
+    /// Makes the value of a key absolute if the value is a path relative to the campaign file.
     fn resolved(&self, key: &str, value: Value) -> Value {
         match value {
             Value::String(text) if (self.is_path)(key) && !text.is_empty() => {
@@ -304,7 +305,8 @@ impl Reader<'_> {
 }
 
 impl Definition {
-    /// Reads a campaign file. `is_path` returns true for keys that hold paths, which are relative to the campaign file.
+    /// Reads a campaign file. `is_path` returns true for keys whose values are paths. Paths in a campaign file are
+    /// relative to the file.
     ///
     /// # Errors
     /// [`CampaignError`] names the file, the key, its value and the expected value.

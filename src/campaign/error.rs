@@ -59,7 +59,7 @@ pub enum CampaignError {
         /// The kind of the entry, with its article.
         found: &'static str,
     },
-    /// The folder holds something else.
+    /// The folder is not a campaign: it lacks `campaign.json` and contains other files.
     #[error(
         "{} is not a campaign: it has no campaign.json but holds `{found}`; give another --dir",
         path.display()
@@ -76,7 +76,7 @@ pub enum CampaignError {
         /// The folder.
         path: PathBuf,
     },
-    /// The folder holds another campaign.
+    /// The folder already stores a campaign with other rows than the new plan.
     #[error(
         "{} holds another campaign: row {index} was planned as {before} and is now {now}; give another --dir (only rows after the last may be added)",
         path.display()
@@ -203,7 +203,7 @@ impl CampaignError {
         )
     }
 
-    /// Returns true for damaged folders, and for folders that hold something else.
+    /// Returns true if the folder is damaged, or does not contain the planned campaign.
     pub fn is_damage_or_mismatch(&self) -> bool {
         matches!(
             self,

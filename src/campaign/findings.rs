@@ -289,7 +289,8 @@ const LEAST_WHOLE: f64 = 0.5;
 
 /// Rows of a campaign, arranged by the points p of one section and the points q of the other sections.
 struct Crossing {
-    /// `rows[p][q]`: row indices. If q is a draw, it can hold several rows, and a third section is averaged.
+    /// `rows[p][q]`: row indices. If q is a draw, `rows[p][q]` contains several rows for the points of further
+    /// sections, and [`Crossing::whole`] averages these rows.
     rows: Vec<Vec<Vec<usize>>>,
 }
 

@@ -11,7 +11,7 @@ use super::rows::{ENDED, FAILED, LOCKS, RUNS};
 use super::table::Campaign;
 use crate::store::{EntryKind, FileSystem, LAYOUT, LockAttempt, LockGuard};
 
-/// Largest size of `campaign.json`, which holds the text of a scene \[B\].
+/// Largest size of `campaign.json` \[B\]. The file contains the text of the scene.
 const LONGEST_ABOUT: u64 = 64 << 20;
 /// Largest size of a table \[B\].
 pub(super) const LONGEST_TABLE: u64 = 4 << 30;
@@ -27,9 +27,9 @@ pub(super) const DRAFT: &str = ".new";
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum KeepRuns {
-    /// The folder of the run and its history.
+    /// Keeps the folder of each run and the history of the run.
     All,
-    /// Only the history: one file per run.
+    /// Keeps only the history of each run, in one file per run.
     History,
 }
 
@@ -62,7 +62,8 @@ pub struct StoredCampaign {
     pub title: String,
     /// Name of the scene.
     pub scene_name: String,
-    /// Text of the scene that all rows modify, without a base and with absolute paths. It need not be complete.
+    /// Text of the scene that all rows modify, without a base and with absolute paths. The scene need not be complete,
+    /// because the rows may set its missing keys.
     pub scene: String,
     /// Which files of a completed run are kept.
     pub keep: KeepRuns,
@@ -182,7 +183,7 @@ impl CampaignFolder {
         self.files
             .create_dir_all(folder)
             .map_err(io_error("create the folder", folder))?;
-        // Only one process writes this file: it has the lock of the folder, or of the row.
+        // Only the process that has the lock of the folder, or of the row, writes the file.
         self.files
             .replace(&draft, path, bytes)
             .map_err(io_error("write", path))?;
@@ -289,7 +290,7 @@ impl CampaignFolder {
         }))
     }
 
-    /// Rejects a folder that holds something else, before anything is computed.
+    /// Rejects a folder that is not a campaign and contains other files, before any run is computed.
     ///
     /// # Errors
     /// The errors of [`CampaignFolder::open`].

@@ -66,9 +66,9 @@ const LEAST_SAMPLE: usize = 8;
 /// Estimates the first-order Sobol index of a key: the share of the variance of `y` that the key alone explains, from 0
 /// to 1.
 ///
-/// The estimate is 1 - (S_w/(n - k)) / (S/(n - 1)) with k classes (Kelley's ε²), and not below 0. It is the variance
-/// between the class means over the variance of `y`, corrected for chance. Returns `None` if there are too few values
-/// for the number of classes, or if `y` does not vary.
+/// The estimate is 1 - (S_w/(n - k)) / (S/(n - 1)) with k classes (Kelley's ε²), and not below 0. The index is the
+/// variance between the class means over the variance of `y`, corrected for chance. Returns `None` if there are too few
+/// values for the number of classes, or if `y` does not vary.
 pub fn first_order_index(classes: &[usize], y: &[f64]) -> Option<f64> {
     let n = y.len();
     let k = classes.iter().max().map_or(0, |most| most + 1);

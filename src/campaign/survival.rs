@@ -12,7 +12,7 @@ pub struct Lifetime {
     pub passed: bool,
 }
 
-/// A quantile of the cycles at which runs pass. Its cycles are `None` beyond the range of the runs.
+/// A quantile of the cycles at which runs pass. The cycles of the quantile are `None` beyond the range of the runs.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Quantile {
     /// Share of the runs that has passed.
@@ -20,7 +20,8 @@ pub struct Quantile {
     /// Cycles at which this share has passed.
     pub cycles: Option<f64>,
     /// Lower bound of the 95 % confidence interval, from the order statistics of the runs that were not censored
-    /// before. It is 0 if there are too few runs. `high` is the upper bound, `None` if there are too few runs.
+    /// before. The lower bound is 0 if there are too few runs. `high` is the upper bound, `None` if there are too few
+    /// runs.
     pub low: Option<f64>,
     pub high: Option<f64>,
 }

@@ -25,17 +25,17 @@ Exit codes:
 pub enum Command {
     /// Run a scene, or continue its run
     ///
-    /// Repeating the command is safe: a run continues from its last commit, and a finished run prints its summary
+    /// Repeating `fretwear run` is safe: a run continues from its last commit, and a finished run prints its summary
     /// again.
     Run(RunArguments),
     /// Show what a scene will compute, why, and what it costs
     ///
-    /// Counts memory, unknowns and disk per iteration. Estimates iterations, FFT pairs, time and total disk from a run
-    /// of a few seconds on a coarser grid. The plan does not change the results of the run.
+    /// `plan` counts memory, unknowns and disk per iteration. From a run of a few seconds on a coarser grid, `plan`
+    /// estimates iterations, FFT pairs, time and total disk. The plan does not change the results of the run.
     Plan {
         #[command(flatten)]
         scene: SceneArguments,
-        /// Skip the coarse run and the whole cost
+        /// Skip the coarse run and its estimate of the whole cost
         #[arg(long)]
         no_rehearsal: bool,
         /// Print one JSON object
@@ -47,8 +47,8 @@ pub enum Command {
     },
     /// Check scenes for errors and warnings
     ///
-    /// Each error names its file and line, the key, its value, and what would be right. Nothing is computed. Exits with
-    /// 2 if a scene has an error.
+    /// Each error names file, line, key, the given value, and what would be right. `check` computes nothing, and exits
+    /// with 2 if a scene has an error.
     Check {
         /// The scenes (TOML)
         #[arg(required = true, value_name = "SCENE")]
@@ -62,21 +62,21 @@ pub enum Command {
     },
     /// Compute a stage of a committed iteration again
     ///
-    /// Reads the run's tables and the files that its scene names, computes the stage, and reports whether its tables
-    /// are bit-identical to the stored ones. If a later stage overwrote a table, `stage` first recomputes that table.
-    /// The run is not changed.
+    /// `stage` reads the tables of the run and the files that the scene names, computes the stage, and reports whether
+    /// the computed tables are bit-identical to the stored tables. If a later stage overwrote a table, `stage` first
+    /// recomputes that table. `stage` does not change the run.
     Stage(StageArguments),
     /// Compute frequency, damping ratio and amplitude of the resonance over the force level
     ///
-    /// Follows the unworn joint of a scene, or the worn joint at an iteration of a run, which is not changed. Several
-    /// joints share one table and one picture. The curve ends, with a message, where friction can no longer bound the
-    /// amplitude.
+    /// `backbone` follows the unworn joint of a scene, or the worn joint at an iteration of a run, and does not change
+    /// the run. Several joints share one table and one picture. The curve ends, with a message, where friction can no
+    /// longer bound the amplitude.
     Backbone(backbone::BackboneArguments),
     /// Show the progress and the figures of a run, or list the runs of a folder
     ///
-    /// For a run it prints state, progress, remaining time, its figures with error bars (unworn and now), cost,
-    /// warnings and the command that continues it. For a folder of runs it prints one line per run. --json has all
-    /// columns of the last summary, in SI units.
+    /// For a run, `status` prints state, progress, remaining time, figures with error bars (unworn and now), cost,
+    /// warnings and the command that continues the run. For a folder of runs, `status` prints one line per run. --json
+    /// prints all columns of the last summary, in SI units.
     Status {
         /// Folder of one run, or of several runs
         #[arg(default_value = "runs")]
@@ -88,20 +88,20 @@ pub enum Command {
     /// Report after how many cycles a joint has lost preload, frequency or depth
     ///
     /// Each milestone has an earliest, a most likely and a latest number of cycles, by the error bars of the run. A
-    /// percentage refers to the unworn joint; a sign means a change. Exits with 75 if the run is not done.
+    /// percentage refers to the unworn joint; a sign means a change. `when` exits with 75 if the run is not done.
     When(when::WhenArguments),
     /// Write a commented scene of your own that runs
     ///
-    /// At a terminal, without --like and --set, it asks for the values that differ from joint to joint.
+    /// At a terminal, without --like and --set, `new` asks for the values that differ from joint to joint.
     #[command(after_help = new::examples())]
     New {
-        /// File to write; it must not exist yet
+        /// File to write, which must not exist yet
         #[arg(value_name = "FILE")]
         path: PathBuf,
         /// Scene to start from [default: prescribed_fretting]
         #[arg(long, value_name = "NAME")]
         like: Option<String>,
-        /// Change a value, as in `--set contact.normal_load="20 kN"`; the comments stay
+        /// Change a value, as in `--set contact.normal_load="20 kN"`; the comments of the scene stay
         #[arg(long = "set", value_name = "KEY=VALUE")]
         sets: Vec<String>,
     },
@@ -112,10 +112,10 @@ pub enum Command {
     },
     /// Measure the cost of accuracy: run a scene's presets and single knobs
     ///
-    /// Each variant is a run in the folder and is compared with the preset `reference`. With several scenes, or a
-    /// folder of scenes, the presets `fast` and `balanced` are compared with `reference` for each kind of motion. The
-    /// same command continues after a stop. Writes trade.parquet, trade.md, trade.svg and trade.html, and prints the
-    /// tables.
+    /// Each variant is a run in the folder, and `trade` compares the variant with the preset `reference`. With several
+    /// scenes, or a folder of scenes, the presets `fast` and `balanced` are compared with `reference` for each kind of
+    /// motion. If the command is stopped, the same command continues the work. `trade` writes trade.parquet, trade.md,
+    /// trade.svg and trade.html, and prints the tables.
     Trade(TradeArguments),
     /// Run one scene many times with keys that vary, on one machine or on a cluster
     Campaign {
@@ -124,15 +124,16 @@ pub enum Command {
     },
     /// Run the paper's study and check the paper's claims
     ///
-    /// Computes 16 runs of the lap joint: four roughnesses, with a hardness limit, and with the dynamic model updated
-    /// more often, less often, never. The same command continues after a stop. Writes the scenes to `scenes` in the
-    /// folder, and claims.md and claims.parquet. Prints the claims with the measured values.
+    /// `reproduce` computes 16 runs of the lap joint: four roughnesses, with a hardness limit, and with the dynamic
+    /// model updated more often, less often, never. If the command is stopped, the same command continues the work.
+    /// `reproduce` writes the scenes to `scenes` in the folder, writes claims.md and claims.parquet, and prints the
+    /// claims with the measured values.
     Reproduce(ReproduceArguments),
     /// Explain a key of a scene or a table of a run, or search for a word
     ///
-    /// Explains a key (`contact.normal_load`), a section (`contact`) or a table (`summary`). Searches for any other
-    /// word in the names and descriptions of keys and columns. The word `scene` prints all keys; without a word,
-    /// `schema` prints all tables.
+    /// `schema` explains a key (`contact.normal_load`), a section (`contact`) or a table (`summary`). For any other
+    /// word, `schema` searches the names and descriptions of keys and columns. The word `scene` prints all keys;
+    /// without a word, `schema` prints all tables.
     Schema {
         /// A key, a section, a table, or a word to search for
         #[arg(value_name = "WORD")]
@@ -149,9 +150,9 @@ pub enum Command {
     },
     /// Check whether this machine can compute runs and keep them
     ///
-    /// Checks the folder (free space, commits, locks, tables), the processor, transforms and factorisations, the
-    /// contact and vibration solvers against closed forms, and the cache of structures. Removes its own files. Exits
-    /// with 1 if a check fails.
+    /// `doctor` checks the folder (free space, commits, locks, tables), the processor, transforms and factorisations,
+    /// the contact and vibration solvers against closed forms, and the cache of structures. `doctor` removes its own
+    /// files, and exits with 1 if a check fails.
     Doctor {
         /// Folder for runs
         #[arg(default_value = "runs")]
@@ -162,31 +163,34 @@ pub enum Command {
     },
     /// Print the completions of the command line for a shell
     ///
-    /// As in `fretwear completions bash > ~/.local/share/bash-completion/completions/fretwear`.
+    /// Redirect the completions to a file, as in `fretwear completions bash >
+    /// ~/.local/share/bash-completion/completions/fretwear`.
     Completions {
         /// The shell
         shell: Shell,
     },
     /// Write the resonator as an input deck of CalculiX and Abaqus, or as matrices
     ///
-    /// The deck computes the free vibration in SI units: nodes, hexahedra with incompatible modes, materials, sets, and
-    /// a frequency step.
+    /// The input deck computes the free vibration in SI units: nodes, hexahedra with incompatible modes, materials,
+    /// sets, and a frequency step.
     Export(ExportArguments),
     /// Describe the matrices of a finite-element program
     ///
-    /// Prints masses, symmetry, likely units and natural frequencies. Reads Matrix Market, Abaqus (matrix output,
-    /// substructures, decks), ANSYS (.full), CalculiX, NPY and NPZ, and folders of fretwear-import, by content. Finds
-    /// companion files in the same folder. Frequencies are in hertz if the file's unit of time is the second.
+    /// `inspect` prints masses, symmetry, likely units and natural frequencies. `inspect` reads Matrix Market, Abaqus
+    /// (matrix output, substructures, decks), ANSYS (.full), CalculiX, NPY and NPZ, and folders of fretwear-import, by
+    /// content, and finds companion files in the same folder. Frequencies are in hertz if the file's unit of time is
+    /// the second.
     Inspect(inspect::InspectArguments),
     /// Put the figures of several runs into one table
     ///
-    /// Prints the last iteration of each run with error bars and the FFT pairs of the whole run. The table is as wide
-    /// as the terminal (or COLUMNS). The files of --csv and --parquet hold columns of `summary` in SI units.
+    /// `compare` prints the last iteration of each run with error bars and the FFT pairs of the whole run. The table is
+    /// as wide as the terminal (or COLUMNS). The files of --csv and --parquet contain columns of the table `summary`,
+    /// in SI units.
     Compare(CompareArguments),
     /// Write one HTML page on a run, or on several side by side
     ///
     /// The page has figures with their numbers, results with error bars, decisions with reasons, cost, and the scene.
-    /// It needs no other file. The run may still be in progress.
+    /// The page is self-contained: it needs no other file. The run may still be in progress.
     Report(ReportArguments),
 }
 
@@ -217,12 +221,12 @@ pub type ReportArguments = Lacking;
 /// Time limit, threads and progress of runs.
 #[derive(Args)]
 pub struct Execution {
-    /// Stop after this time, as in `--max-wall "8 h"`: at the end of the iteration if that is within 2 s, else within
-    /// its stage
+    /// Stop after this time, as in `--max-wall "8 h"`: at the end of the iteration if the iteration ends within 2 s,
+    /// else within its stage
     #[arg(long, value_name = "TIME", value_parser = parse_time)]
     pub max_wall: Option<f64>,
-    /// Threads per run; results do not depend on it [default: as many as the machine has cores, or one if several runs
-    /// compute at once]
+    /// Threads per run, without effect on the results [default: as many as the machine has cores, or one if several
+    /// runs compute at once]
     #[arg(long, value_name = "N", value_parser = parse_threads)]
     pub threads: Option<usize>,
     /// Show no progress
@@ -252,7 +256,7 @@ pub struct RunArguments {
     /// Print one JSON object: the last summary, and the seconds of each stage
     #[arg(long)]
     pub json: bool,
-    /// Also print all columns of the last summary at the end, in SI units
+    /// Print all columns of the last summary at the end too, in SI units
     #[arg(long, short, conflicts_with = "json")]
     pub verbose: bool,
     /// Stop when the process that started this one ends
@@ -271,7 +275,7 @@ pub struct StageArguments {
     /// Write the tables into this folder, outside of runs; existing files are not replaced
     #[arg(long, short, value_name = "FOLDER")]
     pub output: Option<PathBuf>,
-    /// Threads; results do not depend on it [default: as many as the machine has cores]
+    /// Threads, without effect on the results [default: as many as the machine has cores]
     #[arg(long, value_name = "N", value_parser = parse_threads)]
     pub threads: Option<usize>,
     /// Print one JSON object
@@ -281,7 +285,8 @@ pub struct StageArguments {
 
 #[derive(Args)]
 pub struct TradeArguments {
-    /// Scene (TOML); give several, or a folder of scenes, to run the presets `fast`, `balanced` and `reference` on each
+    /// Scene (TOML); give several scenes, or a folder of scenes, to run the presets `fast`, `balanced` and `reference`
+    /// on each
     #[arg(required = true, value_name = "SCENE")]
     pub scenes: Vec<PathBuf>,
     /// Change a key, as in `--set wear.cycles=1e6`, in all scenes
@@ -293,10 +298,10 @@ pub struct TradeArguments {
     /// Vary only this knob, as in `--knob wear_tolerance`; repeatable; `--knob preset` varies the preset [default: all]
     #[arg(long = "knob", value_name = "NAME")]
     pub knobs: Vec<String>,
-    /// Also run the preset `paper`, which is slow
+    /// Run the preset `paper` too, which is slow
     #[arg(long)]
     pub paper: bool,
-    /// Most cells along the longer side of a grid, up to 1024 [default: twice as many as in the scene]
+    /// Largest number of cells along the longer side of a grid, up to 1024 [default: twice as many as in the scene]
     #[arg(long, value_name = "N")]
     pub largest_grid: Option<usize>,
     #[command(flatten)]
@@ -381,22 +386,22 @@ pub struct ExportArguments {
     #[arg(long, value_name = "FORM", requires = "scene", requires = "output", conflicts_with_all = ["matrices", "vtu", "reduced", "sets", "tied", "kt", "kn", "modes", "frequencies"])]
     pub contact: Option<export_contact::ContactForm>,
     /// Use one slider per element, not a bank: strength and energy stay the same at this amplitude, the stuck stiffness
-    /// does not
+    /// changes
     #[arg(long, requires = "contact")]
     pub one_slider: bool,
     /// Share the nodes of the contact between both bodies, as without a contact stiffness
     #[arg(long, conflicts_with = "kt")]
     pub tied: bool,
-    /// Tangential stiffness of the whole joint, as in `--kt "1e4 N/um"`, instead of the scene's
+    /// Tangential stiffness of the whole joint, as in `--kt "1e4 N/um"`, instead of the stiffness in the scene
     #[arg(long, value_name = "STIFFNESS", value_parser = parse_stiffness, requires = "kn")]
     pub kt: Option<f64>,
-    /// Normal stiffness of the whole joint, instead of the scene's
+    /// Normal stiffness of the whole joint, instead of the stiffness in the scene
     #[arg(long, value_name = "STIFFNESS", value_parser = parse_stiffness, requires = "kt")]
     pub kn: Option<f64>,
     /// Number of elastic modes
     #[arg(long, value_name = "N", default_value_t = 8)]
     pub modes: usize,
-    /// Also compute the same modes here, and print one JSON object
+    /// Compute the same modes in fretwear too, and print one JSON object
     #[arg(long)]
     pub frequencies: bool,
 }
@@ -404,16 +409,16 @@ pub struct ExportArguments {
 #[cfg(feature = "polars")]
 #[derive(Args)]
 pub struct CompareArguments {
-    /// Folders of the runs; with several, folders that are not runs are skipped
+    /// Folders of the runs; among several, folders that are not runs are skipped
     #[arg(required = true, value_name = "RUN")]
     pub runs: Vec<PathBuf>,
     /// Print one row for every iteration of every run
     #[arg(long)]
     pub all: bool,
-    /// Also write the table to a Parquet file
+    /// Write the table to a Parquet file too
     #[arg(long, value_name = "FILE")]
     pub parquet: Option<PathBuf>,
-    /// Also write the table to a CSV file
+    /// Write the table to a CSV file too
     #[arg(long, value_name = "FILE")]
     pub csv: Option<PathBuf>,
 }
@@ -421,16 +426,16 @@ pub struct CompareArguments {
 #[cfg(feature = "polars")]
 #[derive(Args)]
 pub struct ReportArguments {
-    /// Folders of the runs; with several, folders that are not runs are skipped
+    /// Folders of the runs; among several, folders that are not runs are skipped
     #[arg(required = true, value_name = "RUN")]
     pub runs: Vec<PathBuf>,
     /// File of the page [default: report.html in the run's folder; for several runs, in the present folder]
     #[arg(long, short, value_name = "FILE")]
     pub output: Option<PathBuf>,
-    /// Also check the paper's claims, as `fretwear reproduce` does
+    /// Check the paper's claims too, as `fretwear reproduce` does
     #[arg(long)]
     pub claims: bool,
-    /// Also write each figure to its own file in this folder
+    /// Write each figure to its own file in this folder too
     #[arg(long, value_name = "DIR")]
     pub svg: Option<PathBuf>,
 }

@@ -50,7 +50,7 @@ pub struct BackboneArguments {
     /// Draw all joints in one picture: frequency and damping ratio over amplitude, amplitude over force
     #[arg(long, value_name = "FILE")]
     svg: Option<PathBuf>,
-    /// Threads; results do not depend on it [default: as many as the machine has cores]
+    /// Threads, without effect on the results [default: as many as the machine has cores]
     #[arg(long, value_name = "N", value_parser = parse_threads)]
     threads: Option<usize>,
     /// Show no progress

@@ -73,7 +73,7 @@ pub const CAMPAIGN_COMMANDS: [(&str, &str); 5] = [
     ("report", "fretwear campaign report --dir study"),
 ];
 
-/// Builds the command line. Its help lists the commands by task, and an example of each.
+/// Builds the command line. The help of the command line lists the commands by task, with an example per command.
 pub fn command() -> Command {
     let mut listing = String::new();
     let cli = Cli::command();
@@ -137,7 +137,7 @@ mod tests {
         names
     }
 
-    /// Hidden commands need a task too.
+    /// Every command has exactly one task in the help, including hidden commands.
     #[test]
     fn each_command_has_one_task() {
         let cli = Cli::command();

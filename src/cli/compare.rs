@@ -47,7 +47,7 @@ pub fn report_skipped(passed_over: &[SkippedFolder]) -> Exit {
     }
 }
 
-/// A table with one column per figure and one cell per state. It is fitted to the width of a terminal.
+/// A table with one column per figure and one cell per state. The table is fitted to the width of a terminal.
 struct Columns {
     /// Name of the state of each row.
     labels: Vec<String>,
@@ -115,8 +115,8 @@ impl Columns {
     }
 
     /// Formats the table in lines of at most `width` characters. With `turn`, the table has one row per figure if all
-    /// labels fit side by side. Otherwise it has one row per label, and figures that do not fit follow in further
-    /// blocks. Labels and titles are wrapped; cells are never cut.
+    /// labels fit side by side. Without `turn`, or if the labels do not fit, the table has one row per label and
+    /// continues in further blocks for more figures. Labels and titles are wrapped; cells are never cut.
     fn lines(&self, width: usize, turn: bool) -> Vec<String> {
         let width = width.max(LEAST_WIDTH);
         let labels: Vec<Vec<String>> = self

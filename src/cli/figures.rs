@@ -36,7 +36,8 @@ const fn figure(
 const FRICTION: &str = "friction of a cycle";
 
 /// All figures, in print order. Resonance and amplitude belong to the response with the state's own contact elements if
-/// there is one, as in a report. Otherwise they belong to the vibration that drives the wear.
+/// that response exists, as in a report. If that response does not exist, resonance and amplitude belong to the
+/// vibration that drives the wear.
 #[rustfmt::skip]
 pub const FIGURES: [Figure; 19] = [
     figure(("resonance", quantity::FREQUENCY), JointState::resonance, |s| s.error_resonance_frequency),

@@ -30,14 +30,14 @@ const SAME_MASS: f64 = 1e-6;
 #[derive(Args)]
 pub struct InspectArguments {
     /// Matrix files, as `stiffness.mtx mass.mtx`, a folder of fretwear-import, or the map of a surface; give the role
-    /// of a file that does not state it, as in `mass=b.mtx`
+    /// of a file that does not state its role, as in `mass=b.mtx`
     #[arg(required = true, value_name = "FILE")]
     pub files: Vec<String>,
     /// Fix nodes or a set before the frequencies are computed, as in `--fixed CLAMP,12-20,31.123`, `row:1-6`,
     /// `boundary`
     #[arg(long, value_name = "SET|NODES", allow_hyphen_values = true)]
     pub fixed: Option<String>,
-    /// Number of natural frequencies; 0 computes none
+    /// Number of natural frequencies; 0 computes no frequency
     #[arg(long, value_name = "N", default_value_t = 10, value_parser = parse_modes)]
     pub modes: usize,
     /// Format of the files, instead of the format found from their content

@@ -161,7 +161,7 @@ fn edited_text(example: &Example, path: &Path, sets: &[String]) -> Result<String
     Ok(with_heading(example, path, &text, &keys))
 }
 
-/// Removes the hole from the text of a scene if the settings ask for it. Also returns the other settings.
+/// Removes the hole from the text of a scene if a setting requests it. Returns the text and all other settings.
 fn without_hole(example: &Example, sets: &[String]) -> (String, Vec<String>) {
     let is_no_hole = |set: &&String| set.as_str() == "joint.hole=";
     let text = match sets.iter().any(|set| is_no_hole(&set)) {
@@ -173,7 +173,7 @@ fn without_hole(example: &Example, sets: &[String]) -> (String, Vec<String>) {
 }
 
 /// Adds a heading to the text. An unchanged scene keeps its own heading. A changed scene gets a list of its changed
-/// keys. Both have the command that runs the scene.
+/// keys. The heading of every scene shows the command that runs the scene.
 fn with_heading(example: &Example, path: &Path, text: &str, changed: &[&str]) -> String {
     let name = example.name;
     let command = format!("fretwear run {}", shell_word(path));

@@ -21,8 +21,8 @@ use crate::terminal::{Results, say};
 struct Scene {
     name: String,
     path: PathBuf,
-    /// True if `--set` applies to the scene. It does not apply to scenes of another contact, which lack the keys of the
-    /// joint.
+    /// True if `--set` applies to the scene. `--set` does not apply to scenes of another contact, because those scenes
+    /// lack the keys of the joint.
     is_set: bool,
 }
 

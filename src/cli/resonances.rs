@@ -20,7 +20,7 @@ const SHOWN: usize = 6;
 
 /// Unit of the loads of a scene.
 struct Unit {
-    /// Half range of the drive \[N\], if a force drives. The other loads keep their ratio to it.
+    /// Half range of the drive \[N\], if a force drives. All other loads keep their ratio to the drive.
     drive: Option<f64>,
 }
 
@@ -41,7 +41,7 @@ impl Unit {
     }
 }
 
-/// Resonances of a scene, or the reason why they are unknown. A scene without vibration has none.
+/// Resonances of a scene, or the reason why they are unknown. Returns `None` if the scene has no vibration.
 pub fn resonances(
     inputs: &Inputs,
     path: &Path,

@@ -239,7 +239,7 @@ fn plan(path: &Path, sets: &[String], variant: &Variant) -> Result<Plan, CliErro
     Ok(Plan::of(&variants::load(path, sets, variant)?)?)
 }
 
-/// Plans the variants that the scene allows. The other variants are moved to the skipped ones.
+/// Plans the variants that the scene allows, and moves all other variants to the list of skipped variants.
 fn jobs(path: &Path, sets: &[String], candidates: &mut Variants) -> Result<Vec<Job>, CliError> {
     let mut jobs: Vec<Job> = Vec::new();
     for variant in std::mem::take(&mut candidates.variants) {

@@ -19,8 +19,8 @@ const SMALL_CELL_COUNT: usize = 16;
 pub struct ContactArea {
     /// Area after subtraction of the excess along the rim \[m²\].
     pub corrected: f64,
-    /// Estimated distance of the corrected area from its limit on an infinitely fine grid \[m²\]. It is the larger of
-    /// the correction and √n cells for n cells in contact (2√n for up to 16).
+    /// Estimated distance of the corrected area from its limit on an infinitely fine grid \[m²\]. The estimate is the
+    /// larger of the correction and √n cells for n cells in contact (2√n for up to 16).
     pub grid_error: f64,
 }
 

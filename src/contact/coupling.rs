@@ -7,8 +7,8 @@
 //! - u_z = +(1 − 2ν)/(4πG) · Q x/r² under Q along x: the surface sinks ahead of a shear and rises behind it,
 //!
 //! and likewise along y. Each body sees the pressure p along its own z. The shear q is positive along the slip of the
-//! upper body. It acts as +q on the lower body and as −q on the upper one. Let c = (1 − 2ν)/(4πG) of each body, and r
-//! point from the traction to the point of displacement. Then the displacements are
+//! upper body. The shear acts as +q on the lower body and as −q on the upper body. Let c = (1 − 2ν)/(4πG) of each body,
+//! and r point from the traction to the point of displacement. Then the displacements are
 //!
 //! | | lower body | upper body |
 //! |---|---|---|
@@ -16,8 +16,8 @@
 //! | normal, into the body, under q_x | +c_l q_x x/r² | −c_u q_x x/r² |
 //!
 //! The gap opens by w_z, the sum of both normal displacements. The tangential displacement of the lower surface less
-//! that of the upper one is w_x; the slip of the upper body lags behind the motion Δδ by it. Both signs are those of
-//! the uncoupled blocks, where u = Kp opens the gap and s = Δδ − Kq. Hence, with γ = c_l − c_u = β/(πE*),
+//! that of the upper surface is w_x; the slip of the upper body lags behind the motion Δδ by w_x. The signs of w_z and
+//! w_x follow the uncoupled blocks, where u = Kp opens the gap and s = Δδ − Kq. Hence, with γ = c_l − c_u = β/(πE*),
 //!
 //! K_zx = γ x/r², K_xz = −γ x/r². K_xz is the transpose of K_zx, so the whole K is symmetric, as reciprocity requires.
 //!
@@ -107,8 +107,8 @@ impl Coupling {
     }
 }
 
-/// Returns the imaginary part of the transform of K_za, −2πγ k_a/k². It is zero at the Nyquist wave number, which has
-/// no sign.
+/// Returns the imaginary part of the transform of K_za, −2πγ k_a/k². The imaginary part is zero at the Nyquist wave
+/// number, which has no sign.
 fn symbol(grid: Grid, gamma: f64, axis: usize, m: isize, n: usize) -> f64 {
     let [lx, ly] = grid.size();
     let (x, y) = (TAU * m as f64 / lx, TAU * n as f64 / ly);

@@ -6,7 +6,8 @@
 //! far field of compliance L: this gives (M − S) + (S⁻¹ + L)⁻¹ = M − S (L⁻¹ + S)⁻¹ S. The result stays positive
 //! definite, because M − S consists of springs between free cells. L is a small dense matrix between blocks of cells.
 //!
-//! This module owns the blocks. The solvers own the springs of each cell, and sum them over the blocks.
+//! The module `far_field` stores the blocks of cells. The solvers store the springs of each cell, and sum the springs
+//! over each block.
 
 use std::f64::consts::{PI, TAU};
 
@@ -35,12 +36,12 @@ pub(super) struct FarField<const A: usize> {
     size: usize,
     /// G, the Cholesky factor of the springs of each block.
     roots: Vec<[[f64; A]; A]>,
-    /// Unknowns with springs. The other unknowns are not needed.
+    /// Unknowns with springs. The correction needs no unknown without springs.
     sprung_unknowns: Vec<usize>,
-    /// Position of each unknown in `held`, or `usize::MAX` if it has no springs.
+    /// Position of each unknown in `sprung_unknowns`, or `usize::MAX` for an unknown without springs.
     positions: Vec<usize>,
-    /// L between the unknowns of `held`, and the Cholesky factor of 1 + Gᵀ L G. The factor is empty if there is no
-    /// correction.
+    /// L between the unknowns of `sprung_unknowns`, and the Cholesky factor of 1 + Gᵀ L G. The factor is empty if there
+    /// is no correction.
     sprung_compliance: Vec<f64>,
     factor: Vec<f64>,
     moved: Vec<f64>,
@@ -253,8 +254,8 @@ fn blocks_of(grid: Grid, [mx, my]: [usize; 2]) -> Vec<u32> {
     blocks.collect()
 }
 
-/// Chooses the number of blocks along x and y, so that blocks are about as long as wide. Their total is about the root
-/// of the number of cells, up to [`MOST_BLOCKS`].
+/// Chooses the number of blocks along x and y, so that blocks are about as long as wide. The total number of blocks is
+/// about the root of the number of cells, up to [`MOST_BLOCKS`].
 fn numbers(grid: Grid) -> [usize; 2] {
     let [lx, ly] = grid.size();
     let all = (grid.len() as f64).sqrt().min(MOST_BLOCKS);
@@ -267,8 +268,8 @@ fn numbers(grid: Grid) -> [usize; 2] {
     [clamped(all / y as f64, grid.nx), y]
 }
 
-/// Computes the [`cell_integrals`] of a traction that is periodic over `lengths` and acts on one of `blocks`. They are
-/// averaged over the block that is `offset` blocks away. The mean displacement is zero.
+/// Computes the [`cell_integrals`] of a traction that is periodic over `lengths` and acts on one of `blocks`. The
+/// integrals are averaged over the block that is `offset` blocks away. The mean displacement is zero.
 fn periodic_integrals(offset: [usize; 2], blocks: [usize; 2], lengths: [f64; 2]) -> CellIntegrals {
     let mut sum = CellIntegrals::default();
     let area = 1.0 / (blocks[0] * blocks[1]) as f64;

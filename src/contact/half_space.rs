@@ -130,11 +130,11 @@ impl HalfSpace {
         Ok(())
     }
 
-    /// Runs `work` with another compliance between nodes, or with K alone for `None`. Restores the previous one
+    /// Runs `work` with another compliance between nodes, or with K alone for `None`. Restores the previous compliance
     /// afterwards.
     ///
     /// # Errors
-    /// The same errors as [`HalfSpace::set_nodal`].
+    /// Returns the errors of [`HalfSpace::set_nodal`].
     pub fn with_nodal<T>(
         &mut self,
         nodal: Option<Arc<NodalCompliance>>,
@@ -196,14 +196,14 @@ impl HalfSpace {
         self.workspace.add_pair_count(pairs);
     }
 
-    /// Returns the displacement of a cell under unit pressure on itself alone \[m/Pa\]. It is the scale of the smallest
-    /// eigenvalues of K.
+    /// Returns the displacement of a cell under unit pressure on itself alone \[m/Pa\]. This displacement is the scale
+    /// of the smallest eigenvalues of K.
     pub fn self_compliance(&self) -> f64 {
         self.pair.compliance() * cell_integrals(0.0, 0.0, self.grid.dx, self.grid.dy).inverse
     }
 
-    /// Returns the displacement of a cell under unit shear on itself alone \[m/Pa\], along the stiffer axis. It is the
-    /// scale of the smallest eigenvalues of K for shear.
+    /// Returns the displacement of a cell under unit shear on itself alone \[m/Pa\], along the stiffer axis. This
+    /// displacement is the scale of the smallest eigenvalues of K for shear.
     pub fn self_shear_compliance(&self) -> f64 {
         let cell = cell_integrals(0.0, 0.0, self.grid.dx, self.grid.dy);
         self.pair.compliance() * cell.inverse
@@ -211,8 +211,8 @@ impl HalfSpace {
     }
 
     /// Returns the stiffness that the preconditioners of a periodic contact assign to a mean displacement, divided by
-    /// the number of cells \[Pa/m\]: for the pressure, then for the shear. It couples all cells of a period equally. It
-    /// is 0 for a free boundary, where the ground resists a mean displacement.
+    /// the number of cells \[Pa/m\]: for the pressure, then for the shear. The mean stiffness couples all cells of a
+    /// period equally. The mean stiffness is 0 for a free boundary, where the ground resists a mean displacement.
     pub(super) fn mean_stiffness(&self) -> [f64; 2] {
         match self.boundary {
             Boundary::Free => [0.0; 2],
@@ -322,8 +322,8 @@ impl HalfSpace {
         }
     }
 
-    /// Computes the normal displacement under shear, positive where it opens the gap: w = K_zx ⊗ q_x + K_zy ⊗ q_y. It
-    /// is zero for uncoupled bodies. See [`super::coupled`] for the signs.
+    /// Computes the normal displacement under shear, positive where it opens the gap: w = K_zx ⊗ q_x + K_zy ⊗ q_y. The
+    /// displacement is zero for uncoupled bodies. See [`super::coupled`] for the signs.
     pub fn normal_of_shear(&mut self, shear: &ByAxis<Vec<f64>>, displacement: &mut [f64]) {
         match self.build_coupling(shear.len()) {
             Some((coupling, transforms)) => {
@@ -333,8 +333,8 @@ impl HalfSpace {
         }
     }
 
-    /// Computes the tangential displacement under pressure, one field per axis: w_x = K_xz ⊗ p, w_y = K_yz ⊗ p. It is
-    /// zero for uncoupled bodies. This is the transpose of [`HalfSpace::normal_of_shear`].
+    /// Computes the tangential displacement under pressure, one field per axis: w_x = K_xz ⊗ p, w_y = K_yz ⊗ p. The
+    /// displacement is zero for uncoupled bodies. The operator is the transpose of [`HalfSpace::normal_of_shear`].
     pub fn shear_of_normal(&mut self, pressure: &[f64], displacement: &mut ByAxis<Vec<f64>>) {
         match self.build_coupling(displacement.len()) {
             Some((coupling, transforms)) => {
@@ -497,7 +497,8 @@ impl Symbols {
         (x, y, x.hypot(y))
     }
 
-    /// Returns true at a Nyquist wave number. Its sign is undefined, so an odd product has no real value there.
+    /// Returns true at a Nyquist wave number. The sign of a Nyquist wave number is undefined, so an odd product has no
+    /// real value at this wave number.
     fn nyquist(&self, m: isize, n: usize) -> bool {
         2 * m.unsigned_abs() == self.grid.nx || 2 * n == self.grid.ny
     }
@@ -521,8 +522,8 @@ impl Symbols {
     }
 
     /// Returns the inverse of [`Symbols::compliance`]. The rigid mode gets 2E*√(A/π) over A: a square patch with the
-    /// longer side of the grid, taken as a round punch of equal area. This is less than the stiffness of any other
-    /// mode, for any shape.
+    /// longer side of the grid, taken as a round punch of equal area. The stiffness of the rigid mode is less than the
+    /// stiffness of any other mode, for any shape of the grid.
     fn stiffness(&self, m: isize, n: usize) -> [f64; 4] {
         let (x, y, k) = self.wave(m, n);
         let (a, b) = (

@@ -1,11 +1,11 @@
 //! Kernels of a half space: displacement at a point under unit traction on a rectangular cell.
 //!
-//! They are the integrals of 1/r, x²/r³, y²/r³ and xy/r³ over the cell [A eq. 2.3–2.4; Love 1929; Johnson, Contact
-//! Mechanics, §3.2 and §3.6]. The integrals of x/r² and y/r² give the tangential displacement under pressure and the
-//! normal displacement under shear.
+//! The kernels are the integrals of 1/r, x²/r³, y²/r³ and xy/r³ over the cell [A eq. 2.3–2.4; Love 1929; Johnson,
+//! Contact Mechanics, §3.2 and §3.6]. The integrals of x/r² and y/r² give the tangential displacement under pressure
+//! and the normal displacement under shear.
 
-/// Distance in cell lengths beyond which [`gauss`] replaces the closed forms. These lose (r/cell)² · 1e-16 to
-/// cancellation, while [`gauss`] with four points per side is exact to (cell/2r)⁸ ≈ 1e-12.
+/// Distance in cell lengths beyond which [`gauss`] replaces the closed forms. The closed forms lose (r/cell)² · 1e-16
+/// to cancellation, while [`gauss`] with four points per side is exact to (cell/2r)⁸ ≈ 1e-12.
 const FAR: f64 = 16.0;
 
 /// Gauss–Legendre abscissae on (−1, 1) and weights.
@@ -43,7 +43,8 @@ fn closed(x: f64, y: f64, dx: f64, dy: f64) -> CellIntegrals {
     for (px, sx) in [(x + 0.5 * dx, 1.0), (x - 0.5 * dx, -1.0)] {
         for (py, sy) in [(y + 0.5 * dy, 1.0), (y - 0.5 * dy, -1.0)] {
             let sign: f64 = sx * sy;
-            // y·asinh(x/|y|) is y·ln(x + r) without a term that cancels between the corners. It is 0 at y = 0.
+            // y·asinh(x/|y|) is y·ln(x + r) without a term that cancels between the corners. The term y·asinh(x/|y|) is
+            // 0 at y = 0.
             let xx = if py == 0.0 {
                 0.0
             } else {

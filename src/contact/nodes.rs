@@ -231,7 +231,8 @@ pub struct ShearCompliance {
     pub xx: Vec<f64>,
     /// Displacement along y under forces along y; symmetric.
     pub yy: Vec<f64>,
-    /// Displacement along x under forces along y. Its transpose is the displacement along y under forces along x.
+    /// Displacement along x under forces along y. The transpose of `xy` is the displacement along y under forces along
+    /// x.
     pub xy: Vec<f64>,
 }
 
@@ -291,7 +292,7 @@ impl NodalCompliance {
     }
 
     /// Returns the mean separation of blocks of cells under a pressure summed over the cells of each block \[m/Pa\],
-    /// row by row. `blocks` holds the block of every cell, and every block must have a cell.
+    /// row by row. `blocks` gives the block of every cell, and every block must contain a cell.
     pub(super) fn block_compliance(&self, blocks: &[u32]) -> Vec<f64> {
         let (nodes, count) = (
             self.interpolation.nodes(),

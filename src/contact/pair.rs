@@ -45,8 +45,8 @@ impl Pair {
         self.dundurs_beta().abs() > LEAST_BETA
     }
 
-    /// Returns γ = (1 − 2ν)/(4πG) of the lower body less that of the upper body = β/(πE*) \[1/Pa\]. It is the factor of
-    /// x/r² and y/r² in the coupling of pressure and shear.
+    /// Returns γ = (1 − 2ν)/(4πG) of the lower body less that of the upper body = β/(πE*) \[1/Pa\]. The value γ is the
+    /// factor of x/r² and y/r² in the coupling of pressure and shear.
     pub(crate) fn coupling_compliance(&self) -> f64 {
         let term = |m: &Elastic| (1.0 - 2.0 * m.poisson_ratio) / m.shear_modulus();
         0.25 * (term(&self.lower) - term(&self.upper)) / PI
@@ -73,7 +73,8 @@ impl Pair {
 pub enum Coupling {
     /// No coupling: the bodies are alike, or the coupling is neglected.
     None,
-    /// Pressing causes no shear. Only the tangential stiffness includes the coupling.
+    /// Pressing the bodies together causes no shear, and only the tangential stiffness of the contact includes the
+    /// coupling.
     Frictionless,
     /// Pressing the bodies together with friction causes shear.
     Indented {

@@ -150,7 +150,8 @@ const SPHERE: CattaneoMindlin = CattaneoMindlin {
     pair: PAIR,
 };
 
-/// Tolerance of the normal solves. Both tolerances are below the error of the finest grid of the tests.
+/// Tolerance of the normal solves. The tolerances of the normal and tangential solves are below the error of the finest
+/// grid of the tests.
 const NORMAL_TOLERANCE: f64 = 1e-8;
 const TANGENTIAL_TOLERANCE: f64 = 1e-6;
 
@@ -183,7 +184,7 @@ impl Plane {
         self.field(|x, y| value(x.hypot(y)))
     }
 
-    /// Returns the radius of the circle with the same area as the cells where the condition holds \[m\].
+    /// Returns the radius of the circle with the same area as the cells that satisfy `condition` \[m\].
     fn radius<T: Copy>(self, field: &[T], condition: impl Fn(T) -> bool) -> f64 {
         let cells = field.iter().filter(|value| condition(**value)).count();
         (cells as f64 * self.grid.cell_area() / PI).sqrt()

@@ -74,29 +74,29 @@ impl BackbonePoint {
 /// Reason for the end of a backbone.
 #[derive(Debug, Clone, PartialEq)]
 pub enum BackboneEnd {
-    /// It reaches the last level.
+    /// The backbone reaches the last level.
     Reached,
-    /// It ends before the last level: friction at its limit takes no more energy, and nothing else bounds the
-    /// amplitude.
+    /// The backbone ends before the last level, because friction at its limit takes no more energy and nothing else
+    /// bounds the amplitude.
     Unbounded {
         /// The first level without a phase resonance.
         level: f64,
         /// Growth of the amplitude over the growth of the level before the end, both as logarithms.
         growth: f64,
     },
-    /// It ends before the last level for another reason.
+    /// The backbone ends before the last level because the solver returned an error.
     Ceased {
         /// The level at which no phase resonance was found.
         level: f64,
         /// The error of the solver.
         source: DynamicsError,
     },
-    /// It ends before the last level: the next phase resonance belongs to another mode.
+    /// The backbone ends before the last level, because the next phase resonance belongs to another mode.
     OtherMode {
         /// The level of the other mode's resonance.
         level: f64,
     },
-    /// It ends before the last level: the structure of the next level could not be built.
+    /// The backbone ends before the last level, because the structure of the next level could not be built.
     StructureError {
         /// The level of that structure.
         level: f64,

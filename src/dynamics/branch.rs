@@ -62,10 +62,10 @@ impl LocatedPoint {
 /// Kind of the levels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LevelParameter {
-    /// The force. The amplitude hardly grows while friction holds, and grows in proportion to the force if only damping
-    /// bounds it.
+    /// The level is the force. The amplitude hardly grows while friction bounds it, and grows in proportion to the
+    /// force if only damping bounds it.
     Force,
-    /// Another parameter, over which the amplitude may rise or fall.
+    /// The level is another parameter, over which the amplitude may rise or fall.
     OtherParameter,
 }
 
@@ -201,8 +201,8 @@ impl<S> Branch<S> {
     /// Computes the phase resonance of the first level. If that fails, returns the phase resonance nearest to the first
     /// level, and the error.
     ///
-    /// If only friction bounds the resonance, it lies at the onset of sliding. It is then easier to reach from a larger
-    /// force, and at a much smaller force samples do not resolve it.
+    /// If only friction bounds the resonance, the resonance lies at the onset of sliding. Such a resonance is easier to
+    /// reach from a larger force. At a much smaller force the samples do not resolve the resonance.
     fn first_resonance<E>(
         &mut self,
         targets: &[f64],

@@ -146,7 +146,7 @@ impl ClosedModel {
         };
         if with_residual && let Some(residual) = &self.residual {
             if MANY * ports.len() < residual.rows() {
-                // R is symmetric, so its rows are its columns.
+                // The matrix R is symmetric, so the rows of R are the columns of R.
                 let force = matrix(ports.len(), n, force);
                 out.add_transposed_product(&rows_of(residual, ports), &force);
             } else {

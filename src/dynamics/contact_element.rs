@@ -7,8 +7,9 @@
 //! §2b] is a bank of one slider.
 //!
 //! Under a steady load, a bank that is pulled along a line has a piecewise linear, concave force (Iwan 1966). Each
-//! slider has the friction limit of its own normal load. So the stiffness and strength of the bank follow the load, and
-//! the bank never creates energy. This is the method of dimensionality reduction (Popov and Heß 2015).
+//! slider has the friction limit of its own normal load. The stiffness and strength of the bank therefore follow the
+//! load, and the bank never creates energy. The bank implements the method of dimensionality reduction (Popov and Heß
+//! 2015).
 //!
 //! *Start of the sliders.* Friction can lock in a mean tangential force, so the mean is unique only together with a
 //! history. The history is: the preloaded state u = 0 and w = 0, then one step to the first sample, then cycle after
@@ -45,9 +46,9 @@ pub struct ContactElement {
     pub friction_coefficient: f64,
     /// Friction law.
     pub law: FrictionLaw,
-    /// The sliders. Only an element with springs may have no slider.
+    /// The sliders of the element. An element needs at least one slider, unless it has springs.
     pub sliders: Vec<Slider>,
-    /// Parallel springs to the ground. They are not contact, and sums over the joint leave them out.
+    /// Parallel springs to the ground. The springs are not contact, and sums over the joint exclude the springs.
     pub springs: Vec<Spring>,
 }
 
@@ -67,8 +68,8 @@ pub struct ElementCycle {
 }
 
 impl ContactElement {
-    /// Multiplies the friction of all sliders and their tangential stiffness. The sliders slip as before and dissipate
-    /// `factor` times the energy.
+    /// Multiplies the friction coefficient and the tangential stiffness of all sliders by `factor`. For the same
+    /// displacement, the sliders slip as before and dissipate `factor` times the energy.
     pub fn multiply_friction(&mut self, factor: f64) {
         self.friction_coefficient *= factor;
         let sliders = self.sliders.iter_mut();
@@ -369,7 +370,7 @@ impl ContactElement {
             }
             *force = [0.0, 0.0, change];
             if let Some(derivative) = derivative.as_deref_mut() {
-                // Most sliders never open, so one stiffness usually holds for the whole cycle.
+                // Most sliders never open, so the normal stiffness of a slider is usually constant over the cycle.
                 let common = *common.get_or_insert_with(|| {
                     derivative.add_stiffness(2, stiffness);
                     stiffness

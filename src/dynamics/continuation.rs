@@ -1,12 +1,12 @@
 //! Pseudo-arclength continuation of a branch of responses over a range of frequencies, through turning points.
 //!
 //! The followed curve consists of (cosine, sine) of the first harmonic at one port, scaled by the largest amplitude so
-//! far, and of ω, scaled by the width of the range. It does not depend on which elements are active. It also contains
-//! (cosine, sine) of every loaded harmonic of each loaded port: a resonance along another axis may bend over and open
-//! the contact, which the response port alone does not show.
+//! far, and of ω, scaled by the width of the range. The curve does not depend on which elements are active. The curve
+//! also contains (cosine, sine) of every loaded harmonic of each loaded port: a resonance along another axis may bend
+//! over and open the contact, which the response port alone does not show.
 //!
-//! Steps go along the secant; `predictor.rs` predicts the response there. From a phase resonance, the first step
-//! follows the change of the phase.
+//! Steps go along the secant; `predictor.rs` predicts the response at the end of the step. From a phase resonance, the
+//! first step follows the change of the phase.
 
 use std::collections::VecDeque;
 
@@ -22,7 +22,8 @@ use crate::journal::Journal;
 
 /// Multiple of the smallest step up to which a step is accepted at any angle: the curve has kinks where slip begins.
 const KINK: f64 = 32.0;
-/// The same number if some of the iterations reuse a Jacobian.
+/// Largest number of Newton iterations of an easy step, in place of `easy_iterations`, if some iterations reuse a
+/// Jacobian.
 const EASY_CHORDS: usize = 7;
 /// Distance of two responses at one frequency, over their largest coefficient, above which they differ.
 const DIFFERENT: f64 = 1e-3;
@@ -85,8 +86,8 @@ impl ContinuationSettings {
 
 /// Iterator over the points of a branch.
 ///
-/// It ends at `to`, at the return of the branch beyond `from`, where friction gives energy over many points, or after
-/// `most_points`. After an error it yields nothing more.
+/// The iterator ends at `to`, at the return of the branch beyond `from`, where friction gives energy over many points,
+/// or after `most_points`. The iterator yields no point after an error.
 pub struct Continuation<'a, E> {
     balance: &'a HarmonicBalance<E>,
     settings: ContinuationSettings,
@@ -226,8 +227,8 @@ impl<'a, E: InterfaceElement> Continuation<'a, E> {
         Ok(path)
     }
 
-    /// Creates the continuation of [`Self::new`] from a phase resonance, which is not repeated as a point. It begins
-    /// along the change of the phase at the drive.
+    /// Creates the continuation of [`Self::new`] from a phase resonance, which is not repeated as a point. The
+    /// continuation begins along the change of the phase at the drive.
     fn from_resonance(
         balance: &'a HarmonicBalance<E>,
         settings: ContinuationSettings,
@@ -630,11 +631,12 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
     /// Computes the responses over the range of `settings`, from one end to the other, including turning points.
     ///
     /// A branch may have a corner, where lift-off begins or a slider becomes free, and may continue in a direction that
-    /// no step finds. It is then also followed from the other end. If that part stops too, the two parts are joined
-    /// without the connection between them, but every frequency of the range has a response.
+    /// no step finds. If a branch stops at a corner, it is also followed from the other end. If the second part stops
+    /// too, the two parts are joined without the connection between them, but every frequency of the range has a
+    /// response.
     ///
     /// # Errors
-    /// The error of [`Continuation`] if the parts leave out a frequency.
+    /// Returns the error of [`Continuation`] if the parts of the branch do not cover every frequency of the range.
     pub fn branch(&self, settings: ContinuationSettings) -> Result<Vec<Response>, DynamicsError> {
         let (mut parts, stopped) = self.branch_or_parts(settings, &|_| None)?;
         let Some(error) = stopped else {
@@ -739,8 +741,8 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
 impl<E: InterfaceElement + Clone> HarmonicBalance<E> {
     /// Computes the branch over the range of `settings` through a phase resonance, from the lower end to the upper.
     ///
-    /// It is followed from the resonance in both directions, in parallel if there are threads. Returns `None` if a
-    /// direction does not reach its end.
+    /// The branch is followed from the resonance in both directions, in parallel if there are threads. Returns `None`
+    /// if a direction does not reach its end.
     pub(super) fn branch_through_resonance(
         &self,
         settings: ContinuationSettings,

@@ -20,7 +20,7 @@ pub struct JointCycle {
     /// Line that approximates the motion of the elements.
     pub line: Line,
     /// Force along the line \[N\]: the sum over the elements of the force along the line's direction of each element.
-    /// Its work over the reach is the work of all elements.
+    /// The work of this force over the reach is the work of all elements.
     pub force_along: Vec<f64>,
 }
 
@@ -202,8 +202,8 @@ pub fn element_cycles(
         .collect()
 }
 
-/// Computes the cycle of the joint at the samples of `sampling`, with the elements at `positions` (x, y) \[m\]. The
-/// other arguments are those of [`element_cycles`].
+/// Computes the cycle of the joint at the samples of `sampling`, with the elements at `positions` (x, y) \[m\]. All
+/// arguments except `positions` have the meaning that they have in [`element_cycles`].
 ///
 /// # Errors
 /// [`DynamicsError::Length`] unless there is a position for every element.

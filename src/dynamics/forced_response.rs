@@ -12,11 +12,14 @@ use super::{
     Response, Start,
 };
 
-/// Largest Newton correction of a point of a forced response; its energies then balance to 1e-10.
+/// Largest Newton correction of a point of a forced response. With this correction the energies of the point balance to
+/// 1e-10.
 const TOLERANCE: f64 = 1e-7;
-/// The same for banks of sliders, whose Newton steps are expensive: far below the line width of a plot.
+/// Largest Newton correction of a point for banks of sliders, whose Newton steps are expensive. The correction is far
+/// below the line width of a plot.
 const DEAR_TOLERANCE: f64 = 1e-5;
-/// Largest step of their continuation: lines between points of a linear resonance are within 0.2 % of its peak.
+/// Largest step of a continuation for banks of sliders. Lines between points of a linear resonance are within 0.2 % of
+/// the peak.
 const DEAR_STEP: f64 = 1.0 / 12.0;
 /// Largest step of a continuation from a phase resonance, which is a point; curvature reduces the step.
 const STEP_FROM_RESONANCE: f64 = 0.17;
@@ -47,7 +50,8 @@ const GIVEN: f64 = 0.01;
 pub enum SolutionMethod {
     /// Solution of the harmonic balance.
     Balance,
-    /// Solution of the harmonic balance in which friction gives energy. It exists only with these samples or harmonics.
+    /// Solution of the harmonic balance in which friction gives energy. Such a solution exists only because the samples
+    /// or harmonics are too few.
     Unphysical,
     /// No solution was found; whether one exists is unknown.
     NotFound,
@@ -69,7 +73,7 @@ impl SolutionMethod {
 pub struct PointResponse {
     /// Half range of the first harmonic at the response port \[m\].
     pub amplitude: f64,
-    /// Its lag behind the drive \[rad\].
+    /// Phase lag of the first harmonic behind the drive \[rad\].
     pub phase_lag: f64,
     /// Difference of the largest and the smallest displacement at the response port over a cycle \[m\].
     pub peak_to_peak: f64,
@@ -78,7 +82,7 @@ pub struct PointResponse {
     /// Estimated relative error of the amplitude due to too few harmonics and samples. `None` if not estimated, 1 if no
     /// finer response was found.
     pub error: Option<f64>,
-    /// The same error of the friction energy.
+    /// Estimated relative error of the friction energy, as `error` of the amplitude.
     pub friction_error: Option<f64>,
     /// The response of the whole structure.
     pub solution: Response,
@@ -122,9 +126,10 @@ impl ForcedPoint {
 
 /// Resonance and forced response of constant contact elements.
 pub struct RangeResponse<'a> {
-    /// The resonance. Its peak is at least as high as the points.
+    /// The resonance. The peak of the resonance is at least as high as all points.
     pub resolved: ResolvedResonance<'a>,
-    /// The points, in the harmonics of the resonance. `None` if they were not computed or none was found.
+    /// The points, in the harmonics of the resonance. `points` is `None` if no points were computed or no point was
+    /// found.
     pub points: Option<Vec<ForcedPoint>>,
 }
 
@@ -241,9 +246,9 @@ impl Vibration {
     /// Computes the response over the range.
     ///
     /// With a number of `points`, the points lie on the branches of an upward sweep ([`HarmonicBalance::sweep`]).
-    /// Otherwise continuation places them, including overhanging parts of the branches. Points are solved to 1e-7 of
-    /// the displacements, or less exactly if the balance asks for less: they are only displayed, and no computation
-    /// continues from them.
+    /// Without a number of `points`, continuation places the points, including points on overhanging parts of the
+    /// branches. Points are solved to 1e-7 of the displacements, or less exactly if the balance asks for less: they are
+    /// only displayed, and no computation continues from them.
     ///
     /// If Newton's method reaches a response neither from another point nor from the linear response, more damping and
     /// preload lead to it.

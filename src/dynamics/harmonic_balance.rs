@@ -2,9 +2,9 @@
 //!
 //! Every element is closed by springs of its reference stiffness. The structure then responds with `u = H (f_ext −
 //! g(u))`, where g is the contact force *beyond* the reference. An element that follows its reference throughout the
-//! cycle has g = 0. So only the other, *active* elements have unknowns. The displacements of the passive elements
-//! follow, and are checked over the whole cycle at the same samples. The result equals the result with all elements
-//! active, except for rounding.
+//! cycle has g = 0. An element with g = 0 is *passive*, and only *active* elements have unknowns. The displacements of
+//! the passive elements follow from the active elements, and are checked over the whole cycle at the same samples. The
+//! result equals the result with all elements active, except for rounding.
 
 use std::sync::Arc;
 

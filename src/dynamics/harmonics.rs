@@ -9,9 +9,9 @@ const MOST_BEYOND: u32 = 63;
 /// Sorted set of harmonics that contains 0.
 ///
 /// A periodic quantity is `a₀ + Σ (a_k cos kωt + b_k sin kωt)` with half-range amplitudes: a_k is half the range of its
-/// term, not the coefficient of an exponential. Its *coefficients* are the row `[a₀, a_k₁, b_k₁, a_k₂, b_k₂, …]`.
-/// Several quantities are stored row after row: coefficient c of quantity d is at `d * coefficients() + c`. The complex
-/// amplitude of harmonic k is a_k − i b_k; the real part of its product with e^{ikωt} is the term.
+/// term, not the coefficient of an exponential. The *coefficients* of a quantity are the row `[a₀, a_k₁, b_k₁, a_k₂,
+/// b_k₂, …]`. Several quantities are stored row after row: coefficient c of quantity d is at `d * coefficients() + c`.
+/// The complex amplitude of harmonic k is a_k − i b_k; the real part of its product with e^{ikωt} is the term.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Harmonics {
     orders: Vec<u32>,
@@ -55,8 +55,8 @@ impl Harmonics {
         2 * self.orders.len() - 1
     }
 
-    /// Returns the place of the cosine coefficient of the `index`-th harmonic. Its sine coefficient follows, unless
-    /// `index` is 0.
+    /// Returns the place of the cosine coefficient of the `index`-th harmonic. The sine coefficient of the harmonic
+    /// follows at the next place, unless `index` is 0.
     pub fn slot(&self, index: usize) -> usize {
         (2 * index).saturating_sub(1)
     }
@@ -126,7 +126,7 @@ impl Harmonics {
     /// Computes the work ∮ f du of `force` on `displacement` over one period of the fundamental, π Σ k (a_f b_u − b_f
     /// a_u) \[J\].
     ///
-    /// Both arguments are rows of the same length, one row per degree of freedom.
+    /// The arguments `force` and `displacement` are rows of the same length, one row per degree of freedom.
     pub fn work(&self, force: &[f64], displacement: &[f64]) -> f64 {
         let n = self.coefficients();
         let mut sum = 0.0;

@@ -25,8 +25,8 @@ pub(super) struct Pair {
 
 /// Directions that a preconditioned operator B shrinks most, which cost GMRES the most iterations.
 ///
-/// For an operator near B these directions are solved directly. They act as a preconditioner, so solutions do not lose
-/// accuracy.
+/// For an operator near B the slow directions are solved directly. The slow directions act as a preconditioner, so
+/// solutions do not lose accuracy.
 #[derive(Default)]
 pub(super) struct SlowDirections {
     /// Newest pair first.

@@ -1,7 +1,7 @@
 //! Linear structure as seen by the contact: displacements of *ports* due to forces at ports.
 //!
-//! The first ports are the contact degrees of freedom (x, y, n of every element). The other ports are driven or
-//! observed. A port may be a combination of nodes (a point between nodes, a resultant).
+//! The first ports are the contact degrees of freedom (x, y, n of every element). All ports after the contact degrees
+//! of freedom are driven or observed. A port may be a combination of nodes (a point between nodes, a resultant).
 
 use std::f64::consts::TAU;
 
@@ -35,9 +35,9 @@ pub trait LinearModel {
 /// Rayleigh damping C = αM + βK: a mode of angular frequency ω has the damping ratio ζ = α/(2ω) + βω/2.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Rayleigh {
-    /// α \[1/s\], zero or more. It also damps rigid body motions.
+    /// Damping coefficient α of the mass matrix \[1/s\], zero or more. The coefficient α also damps rigid body motions.
     pub mass: f64,
-    /// β \[s\], zero or more.
+    /// Damping coefficient β of the stiffness matrix \[s\], zero or more.
     pub stiffness: f64,
 }
 

@@ -1,8 +1,9 @@
-//! Resonance of a joint whose contact elements are linear springs. It bounds the resonance of the joint with friction,
-//! and is exact at small loads.
+//! Resonance of a joint whose contact elements are linear springs. The linear resonance bounds the resonance of the
+//! joint with friction, and is exact at small loads.
 //!
-//! Every natural frequency of a structure rises with its springs (Courant and Fischer). So mode r of a joint that slips
-//! lies between mode r without tangential springs and mode r with tied bodies, as long as no element opens or closes.
+//! Every natural frequency of a structure rises with its springs (Courant and Fischer). The frequency of mode r of a
+//! joint that slips therefore lies between mode r without tangential springs and mode r with tied bodies, as long as no
+//! element opens or closes.
 
 use std::f64::consts::TAU;
 
@@ -18,7 +19,8 @@ const TIED_STIFFNESS_RATIO: f64 = 1e4;
 const TIED_FREQUENCY_RATIO: f64 = 1.05;
 /// Normal load \[N\] of a slider that neither slips nor opens.
 const UNREACHABLE_LOAD: f64 = 1e30;
-/// Safety factor of the sticking limit for elements of one slider. It covers the tolerance of the resonance search.
+/// Safety factor of the sticking limit for elements of one slider. The factor covers the tolerance of the resonance
+/// search.
 const STICKING_MARGIN: f64 = 0.95;
 /// Safety factor of the sticking limit for banks, whose weaker sliders slip earlier (`tests/drawn/resonances.py`).
 const STICKING_MARGIN_OF_BANKS: f64 = 0.5;
@@ -67,9 +69,9 @@ pub struct LinearResponse {
 /// Limits of the linear response of a stuck joint, as multiples of the loads of the scene.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LinearLimits {
-    /// Up to this load no element slips as a whole and none opens. With one slider per element the linear response is
-    /// then exact. In a bank, some sliders slip under any load. The limit for banks is a share of the linear limit,
-    /// over the elements that carry 99.9 % of the load.
+    /// Up to this load no element slips as a whole and no element opens. With one slider per element the linear
+    /// response is exact up to this load. In a bank, some sliders slip under any load. The limit for banks is a share
+    /// of the linear limit, over the elements that carry 99.9 % of the load.
     pub sticks: f64,
     /// From this load on an element slips as a whole in the linear response. Infinite if no element slips.
     pub may_slip: f64,
@@ -144,8 +146,8 @@ impl Vibration {
     }
 
     /// Returns the phase resonance of the response \[rad/s\] and all phase resonances in the range \[Hz\], with a stuck
-    /// joint. At a given frequency, the nearest of all resonances is chosen. If the range has none, returns those
-    /// outside \[Hz\].
+    /// joint. At a given frequency, the nearest of all resonances is chosen. If the range has no phase resonance, the
+    /// function returns the phase resonances outside the range \[Hz\].
     fn stuck_resonance(
         &self,
         elements: &[ContactElement],
@@ -376,8 +378,8 @@ fn least_loaded(elements: &[ContactElement]) -> f64 {
     largest
 }
 
-/// Returns the largest factor up to `most` at which a condition holds. The condition holds below some factor and fails
-/// above.
+/// Returns the largest factor up to `most` at which `holds` returns true. `holds` must be true below some factor and
+/// false above it.
 fn largest(most: f64, holds: impl Fn(f64) -> bool) -> f64 {
     if !holds(0.0) {
         return 0.0;

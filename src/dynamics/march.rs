@@ -1,7 +1,7 @@
 //! March of a slider from the preload to its steady cycle, and the derivative of that cycle.
 //!
 //! If the march converges slowly, Newton's method computes the steady cycle as the fixed point of the force over one
-//! cycle. It is the steady cycle of the march as long as the slider slips in it.
+//! cycle. The fixed point is the steady cycle of the march as long as the slider slips in this cycle.
 
 use super::aft::{ForceDerivatives, PeriodicityError, Scratch};
 use super::slider::{self, Dual, FrictionLaw, INPUTS, MEMORY, Number, Slider, Step};
@@ -11,8 +11,9 @@ use crate::linalg::{add_scaled, vectorised};
 /// A slider that slips by much less than it stretches keeps a force across its motion for hundreds of cycles, so
 /// Newton's method takes over.
 const PLAIN_CYCLES: usize = 4;
-/// Change of the force over the second cycle, relative to its largest value, above which Newton's method starts at
-/// once. The next cycles would leave about the square and the cube of this change, so no plain cycle would be steady.
+/// Change of the force over the second cycle, relative to the largest force, above which Newton's method starts at
+/// once. The third and fourth cycles of the march would change the force by about the square and the cube of this
+/// change, so these cycles would not be steady.
 const SLOW: f64 = 1e-4;
 /// Largest number of cycles in the search for the steady one.
 const MOST_CYCLES: usize = 2000;
@@ -177,8 +178,8 @@ impl March<'_> {
                 let is_there = slider::magnitude(jump) <= THERE * lap.largest();
                 [1.0, 0.5, 0.25].into_iter().find_map(|share| {
                     let guess = [before[0] + share * jump[0], before[1] + share * jump[1]];
-                    // A cycle brings the force back to the curve along which it drifts. Only then is its change the
-                    // drift.
+                    // A first cycle brings the force back to the curve along which the force drifts. The change of the
+                    // force over the second cycle is the drift.
                     let first_lap = self.lap(guess, last, force);
                     let second_lap = self.lap(first_lap.end, last, force);
                     cycle += 2;

@@ -1,15 +1,15 @@
 //! Steady vibration of a structure with friction contacts: multi-harmonic balance, continuation and resonance.
 //!
 //! A [`LinearModel`] gives the contact displacements that forces cause; [`reduced_model`] builds one from finite
-//! elements. [`InterfaceElement`]s give the contact forces that displacements cause. [`HarmonicBalance`] combines both
-//! [A eq. 2.1–2.2]. [`Continuation`] follows the response over a range of frequencies. [`resonance`] tracks only the
-//! phase resonance and the peak.
+//! elements. [`InterfaceElement`]s give the contact forces that displacements cause. [`HarmonicBalance`] combines the
+//! linear model and the interface elements [A eq. 2.1–2.2]. [`Continuation`] follows the response over a range of
+//! frequencies. [`resonance`] tracks only the phase resonance and the peak.
 //!
-//! Conventions: an element has three displacements, x and y in its plane and n along its normal. They are *relative*
-//! between the two bodies; n is positive when the bodies approach. Zero displacement is the preloaded state. A contact
-//! force is positive along its displacement and is subtracted in the equation of motion, so its work over a cycle is
-//! the energy that it takes from the structure. All quantities are in SI units. Frequencies are angular \[rad/s\]
-//! unless a name says otherwise.
+//! Conventions: an element has three displacements, x and y in its plane and n along its normal. The displacements are
+//! *relative* between the two bodies; n is positive when the bodies approach. Zero displacement is the preloaded state.
+//! A contact force is positive along its displacement and is subtracted in the equation of motion, so its work over a
+//! cycle is the energy that it takes from the structure. All quantities are in SI units. Frequencies are angular
+//! \[rad/s\] unless a name says otherwise.
 //!
 //! ```
 //! use std::f64::consts::TAU;

@@ -1,8 +1,8 @@
 //! Newton's method for the harmonic balance, optionally with the frequency as one more unknown and one more condition.
 //!
 //! The length of a trial step is judged by the simplified correction: the current factors applied to the residual after
-//! the step. So acceptance depends neither on units nor on the distance to a resonance (natural monotonicity:
-//! Deuflhard, Newton Methods for Nonlinear Problems, §3.3).
+//! the step. The acceptance of a step therefore depends neither on units nor on the distance to a resonance (natural
+//! monotonicity: Deuflhard, Newton Methods for Nonlinear Problems, §3.3).
 
 use std::cell::RefCell;
 
@@ -26,8 +26,8 @@ const NEARLY: f64 = 1e-4;
 const NEAR: f64 = 2e-3;
 /// Number of Krylov iterations above which a step costs more than new Jacobians.
 const DEAR: usize = 25;
-/// Largest share of a correction that a step with a reused Jacobian may leave. Above it, or if more than two such steps
-/// would remain, the Jacobians are computed again.
+/// Largest ratio of the correction after a step with a reused Jacobian to the correction before it. Above this ratio,
+/// or if more than two such steps would remain, the Jacobians are computed again.
 const CHORD: f64 = 0.1;
 /// Correction over the tolerance below which two steps with a reused Jacobian usually converge.
 const FEW_CHORDS: f64 = 1e3;
@@ -43,7 +43,8 @@ const MEASURED: f64 = 0.1;
 const TRIALS: usize = 3;
 /// Number of Krylov iterations above which the element part of the preconditioner is rebuilt.
 const STALE: usize = 25;
-/// The same limit if iterations are expensive, where stored directions make up for the preconditioner.
+/// Number of Krylov iterations above which the preconditioner is rebuilt if iterations are expensive. Stored directions
+/// then compensate for an old preconditioner.
 const LOST: usize = 75;
 /// Largest grip of the mean displacement (see [`LEAST_GRIP`]), far from the solution. A mean held by only a few
 /// sticking elements runs away when these begin to slip; grip shortens the step.
@@ -100,7 +101,8 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             Condition::Linear { .. } => PATIENCE,
         };
         let (mut smallest, mut smallest_at) = (f64::INFINITY, 0);
-        // Whether the Jacobians belong to an earlier state. Their step is taken only if it is good.
+        // True if the Jacobians belong to an earlier state. If a step with earlier Jacobians is not accepted, the
+        // solver computes new Jacobians.
         let mut is_old = false;
         // Previous correction, and the number of consecutive increases.
         let (mut previous, mut growths) = (f64::INFINITY, 0);
@@ -197,7 +199,8 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             };
             // The grip decreases with the correction, so that it does not slow the convergence.
             grip = (GRIP_PER_CORRECTION * rough_size).clamp(LEAST_GRIP, MOST_GRIP);
-            // A weakly held mean may move far while the rest converges; this is progress too.
+            // A weakly held mean displacement may move far while the rest of the solution converges. Such a step counts
+            // as progress.
             let makes_progress = |evaluation: &Evaluation| {
                 is_missed && estimate_size(evaluation) <= 0.5 * rough_size
             };
@@ -1099,8 +1102,9 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
 
     /// Computes the derivative of the condition along each active unknown: −cᵀ H G with the weights c of its terms.
     ///
-    /// The receptance of a harmonic is symmetric, and its transpose in real coefficients is its conjugate. So Hᵀ c is H
-    /// c with the signs of all sines changed before and after.
+    /// The complex receptance of a harmonic is symmetric, so the transpose of the receptance in real coefficients is
+    /// the conjugate receptance. The product Hᵀ c therefore equals H c with the signs of all sines changed before and
+    /// after.
     fn border(&self, evaluation: &Evaluation, condition: &Condition) -> Vec<f64> {
         let terms = condition.terms();
         let harmonics = self.harmonics();
@@ -1223,7 +1227,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         }
         let inputs = self.inputs(&state, factor, condition, tolerance);
         if let Some(stored) = self.journal.reuse(&inputs) {
-            // An entry without a response is solved again. It is not stored again.
+            // An entry without a response is solved again, but the solution is not stored again.
             let decoded = self.read(&stored);
             return decoded.unwrap_or_else(|| {
                 self.solve_with_frame(&mut None, tolerance, state, factor, condition)

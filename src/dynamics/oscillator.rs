@@ -42,8 +42,8 @@ impl Oscillator {
     }
 }
 
-/// Creates a mass with a spring and a damper to the ground along each axis. Its displacements are the ports, and the
-/// first `contact_dofs` (0 or 3) of them belong to a contact.
+/// Creates a mass with a spring and a damper to the ground along each axis. The displacements of the mass are the
+/// ports, and the first `contact_dofs` (0 or 3) ports belong to a contact.
 ///
 /// # Errors
 /// [`DynamicsError::OutOfRange`] for a mass that is not positive, or a damping or stiffness that is negative.

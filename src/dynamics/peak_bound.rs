@@ -1,14 +1,16 @@
 //! Upper bound of the amplitude of any steady motion, for any contact: damping takes no more power than the loads
 //! supply.
 //!
-//! Contact forces take energy over a period, or none. So the mean power of the loads covers the mean power of the
-//! damping, Σ v̄ᵀ C v ≤ Σ Re f̄ᵀ v over the harmonics of the velocity v and of the loads f. With y = C^½ v and g = C^-½
-//! f this is the ball |y − g/2| ≤ |g|/2. The velocity of a port b in the first harmonic, a ω = |sᵀ y₁| with s = C^-½ b,
-//! is at most (|sᵀ g₁| + |s| |g|)/2. For a single load on the port itself this is the amplitude F/(c ω) of a resonance.
+//! Over a period, the contact forces take energy from the structure or exchange no energy with it. The mean power of
+//! the damping is therefore at most the mean power of the loads, Σ v̄ᵀ C v ≤ Σ Re f̄ᵀ v over the harmonics of the
+//! velocity v and of the loads f. With y = C^½ v and g = C^-½ f, this condition is the ball |y − g/2| ≤ |g|/2. The
+//! velocity of a port b in the first harmonic, a ω = |sᵀ y₁| with s = C^-½ b, is at most (|sᵀ g₁| + |s| |g|)/2. For a
+//! single load on the port itself, this bound is the amplitude F/(c ω) of a resonance.
 //!
-//! The bound applies separately to each set of coordinates that no energy leaves. A contact without adhesion takes
-//! energy along its normal, and passes none of it to the motion in its plane. In the plane, friction takes as much or
-//! more, for any change of the normal load. So only the loads in the plane supply the motion in the plane.
+//! The bound applies separately to each set of coordinates that exchanges no energy with other coordinates. A contact
+//! without adhesion takes energy from the motion along its normal, and passes none of this energy to the motion in its
+//! plane. In the plane, friction takes at least as much energy, for any change of the normal load. Only the loads in
+//! the plane of a contact therefore supply energy to the motion in the plane.
 
 use num_complex::Complex64;
 use std::collections::BTreeMap;

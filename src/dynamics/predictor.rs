@@ -13,8 +13,8 @@ pub(super) const PREDICTOR_POINTS: usize = HIGHEST_ORDER + 2;
 
 /// Extrapolates responses at `places` along a curve or a sweep to a start at `place`.
 ///
-/// The polynomial goes through the last responses. Its order is the order that would have predicted the last response
-/// best. Returns `None` for fewer than two responses.
+/// The polynomial goes through the last responses. The order of the polynomial is the order that would have predicted
+/// the last response best. Returns `None` for fewer than two responses.
 pub(super) fn extrapolated_start(responses: &[Start], places: &[f64], place: f64) -> Option<Start> {
     extrapolate(responses, places, order(responses, places)?, place)
 }

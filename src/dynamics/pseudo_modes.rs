@@ -1,16 +1,18 @@
 //! Pseudo-modes: a few coordinates that represent the inertia of all modes above the retained modes.
 //!
 //! The omitted modes respond with R₀ + ω²R₁ + … at the ports, a series that diverges at the first omitted mode. With
-//! the flexibility R₀ as stiffness and the residual mass R₁ (Rubin, AIAA J. 13, 1975), the response is R₀(R₀ −
-//! ω²R₁)⁻¹R₀ instead. It has the same first two terms, but it is a structure with poles of its own above the retained
-//! modes. By Rayleigh and Ritz, the poles are upper bounds of the omitted modes. Its mass and stiffness are positive at
-//! every frequency. It has as many coordinates as there are ports. Only the coordinates with the lowest poles have
-//! notable inertia at the harmonics of a response. They are kept as coordinates, and the rest is static:
+//! the flexibility R₀ as stiffness and the residual mass R₁ (Rubin, AIAA J. 13, 1975), the pseudo-modes respond with
+//! R₀(R₀ − ω²R₁)⁻¹R₀ instead. This response has the same first two terms as the series, but belongs to a structure with
+//! poles of its own above the retained modes. By Rayleigh and Ritz, these poles are upper bounds of the omitted modes.
+//! The mass and the stiffness of the structure of pseudo-modes are positive at every frequency. The structure of
+//! pseudo-modes has one coordinate per port. Only the coordinates with the lowest poles have notable inertia at the
+//! harmonics of a response. The model keeps the coordinates with the lowest poles, and treats the other coordinates as
+//! static:
 //!
 //! R₀(R₀ − ω²R₁)⁻¹R₀ ≈ Σ_r ψ_rψ_rᵀ/(Λ_r − ω²) + (R₀ − Σ_r ψ_rψ_rᵀ/Λ_r).
 //!
-//! The rest is a constant, positive flexibility. Contact springs in series with it can be closed once for all
-//! harmonics.
+//! The static coordinates add a constant, positive flexibility. Contact springs in series with this flexibility can be
+//! closed once for all harmonics.
 
 use super::DynamicsError;
 use super::linear_model::symmetrise;
@@ -22,11 +24,12 @@ const NOTHING_LEFT: f64 = 1e-10;
 /// Settings of the pseudo-modes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PseudoModeSettings {
-    /// Number of pseudo-modes in addition to the modes of a reduced structure. For the 30-mode resonator at 979 Hz, six
-    /// leave an error of 0.001 Hz of the shift due to the slope of the residual, and twelve leave the same: the rest is the
-    /// error of the slope itself. A pseudo-mode costs as much as a mode.
+    /// Number of pseudo-modes in addition to the modes of a reduced structure. With six or twelve pseudo-modes, the
+    /// frequency of the 30-mode resonator at 979 Hz has an error of 0.001 Hz. This error comes from the slope of the
+    /// residual itself, not from the number of pseudo-modes. A pseudo-mode costs as much as a mode.
     pub count: usize,
-    /// Number of additional vectors of the subspace: they bring the poles of the last pseudo-modes within some per cent.
+    /// Number of additional vectors of the subspace. With these vectors, the poles of the last pseudo-modes have errors
+    /// of some percent.
     pub guards: usize,
 }
 
@@ -68,8 +71,8 @@ pub struct PseudoModes {
 /// chooses, and one inverse iteration improves it.
 ///
 /// # Errors
-/// [`DynamicsError::Length`] if the sizes of the matrices differ, [`DynamicsError::Matrix`] for a residual that is not
-/// a flexibility.
+/// Returns [`DynamicsError::Length`] if the sizes of the matrices differ, [`DynamicsError::Matrix`] for a residual that
+/// is not a flexibility.
 pub fn pseudo_modes(
     residual: &Matrix,
     slope: &Matrix,

@@ -89,7 +89,8 @@ impl<F: Fn(f64) -> Matrix<Complex64> + Send + Sync> Core for ReceptanceCore<F> {
     }
 
     fn loss(&self, _omega: f64, displacement: &[Complex64], force: &[Complex64]) -> DampingLoss {
-        // Springs dissipate nothing, so the work of the forces on the closed structure is its loss.
+        // Springs dissipate nothing, so the loss of the structure equals the work of the forces on the closed
+        // structure.
         let pairs = force.iter().zip(displacement);
         DampingLoss {
             viscous: std::f64::consts::PI * pairs.map(|(f, u)| (f * u.conj()).im).sum::<f64>(),

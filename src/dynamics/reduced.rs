@@ -1,12 +1,13 @@
 //! Reduced finite-element structure as a model for the harmonic balance.
 //!
-//! [`ReducedStructure`] stores for every contact element the displacement of the upper body *minus* the displacement of the
-//! lower one, so its normal port is positive when the joint opens. Here, a normal displacement is positive when the
-//! bodies approach. x and y are the same in both.
+//! [`ReducedStructure`] stores for every contact element the displacement of the upper body *minus* the displacement of
+//! the lower one, so its normal port is positive when the joint opens. In the harmonic balance, a normal displacement
+//! is positive when the bodies approach. The displacements along x and y have the same signs in the reduced structure
+//! and in the harmonic balance.
 //!
-//! [`pseudo_modes`](super::pseudo_modes) represent the slope of the residual over ω². Without them the resonance of the
-//! 30-mode resonator at 979 Hz would be 0.060 Hz too high, with an error of 1.5 % on its flanks. With six pseudo-modes
-//! the errors are 0.001 Hz and 0.02 %.
+//! [`pseudo_modes`](super::pseudo_modes) represent the slope of the residual over ω². Without pseudo-modes, the
+//! resonance of the 30-mode resonator at 979 Hz would be 0.060 Hz too high, with an error of 1.5 % on its flanks. With
+//! six pseudo-modes the errors are 0.001 Hz and 0.02 %.
 
 use super::linear_model::SecondOrder;
 use super::pseudo_modes::{PseudoModeSettings, pseudo_modes};
@@ -41,9 +42,9 @@ pub fn reference_springs<E: InterfaceElement>(elements: &[E]) -> Vec<f64> {
 /// linear.
 ///
 /// # Errors
-/// [`DynamicsError::OutOfRange`] for an additional port that is a contact port or does not exist, or a negative ratio;
-/// [`DynamicsError::Length`] if the numbers of springs and contact degrees of freedom differ; [`DynamicsError::Matrix`]
-/// for a residual that is not a flexibility.
+/// Returns [`DynamicsError::OutOfRange`] for an additional port that is a contact port or does not exist, or a negative
+/// ratio; [`DynamicsError::Length`] if the numbers of springs and contact degrees of freedom differ;
+/// [`DynamicsError::Matrix`] for a residual that is not a flexibility.
 pub fn reduced_model(
     reduced: &ReducedStructure,
     ports: &[usize],
@@ -60,7 +61,7 @@ pub fn reduced_model(
         }
     }
     let model_ports: Vec<usize> = (0..contact).chain(ports.iter().copied()).collect();
-    // Only ports in use: other ports would change the few pseudo-modes.
+    // The pseudo-modes represent only the ports in use, because other ports would change the few pseudo-modes.
     let mut used_ports = model_ports.clone();
     used_ports.sort_unstable();
     used_ports.dedup();
@@ -107,7 +108,8 @@ pub fn reduced_model(
     let mut model = model
         .with_reversed_ports(&normal)
         .with_damping_ratio(damping.ratio, damping.springs.unwrap_or(&free))?;
-    // Damping of the structure itself, between its modes. Pseudo-modes come after the modes and have none.
+    // Damping of the structure itself, between its modes. The pseudo-modes follow the modes in the matrices, and get no
+    // damping of the structure itself.
     let own = [
         (&mut model.damping, &reduced.damping),
         (&mut model.hysteretic, &reduced.hysteretic),
@@ -126,15 +128,16 @@ pub fn reduced_model(
 }
 
 /// Computes the relative error of the reduced model at the ports, at an imaginary frequency where the flexibility (K +
-/// sM)⁻¹ of the structure is known: the largest difference over the largest entry. Returns `None` without that
-/// flexibility.
+/// sM)⁻¹ of the structure is known: the largest difference over the largest entry. Returns `None` if this flexibility
+/// is unknown.
 ///
-/// The error grows with the square of frequency, by the inertia that pseudo-modes leave out, or faster. The omitted
-/// terms of the series alternate at the imaginary frequency and add up at a real frequency. So the error shows the size
-/// of the terms, not their sum.
+/// The error of the reduced model grows at least with the square of the frequency, because the pseudo-modes omit some
+/// inertia. The omitted terms of the series alternate in sign at the imaginary frequency, and add up at a real
+/// frequency. The error at the imaginary frequency therefore shows the size of the omitted terms, not the sum of these
+/// terms.
 ///
 /// # Errors
-/// [`DynamicsError::Matrix`] for a residual that is not a flexibility.
+/// Returns [`DynamicsError::Matrix`] for a residual that is not a flexibility.
 pub fn reduction_error(reduced: &ReducedStructure) -> Result<Option<f64>, DynamicsError> {
     let Some(checked) = &reduced.reference else {
         return Ok(None);

@@ -11,7 +11,7 @@ use super::{ContinuationSettings, DynamicsError, HarmonicBalance, Response, Star
 
 /// Number of points in the search for a start; a range contains a few modes at most.
 const SCAN: usize = 400;
-/// Relative distances from a natural frequency at which the search evaluates the phase too.
+/// The search also evaluates the phase at these relative distances from each natural frequency.
 const BESIDE: [f64; 5] = [1e-6, 1e-5, 1e-4, 1e-3, 1e-2];
 /// Number of points in the search among nonlinear responses, after all else failed.
 const NONLINEAR_SCAN: usize = 60;
@@ -47,16 +47,16 @@ const FIRST_STEP: f64 = 5e-4;
 const PEAK_WIDTH: f64 = 1e-8;
 
 impl<E: InterfaceElement> HarmonicBalance<E> {
-    /// Computes the phase resonance: the response whose displacement at the drive lags it by 90°, between the angular
-    /// frequencies of `range`.
+    /// Computes the phase resonance: the response whose displacement at the drive lags the load by 90°, between the
+    /// angular frequencies of `range`.
     ///
-    /// A `guess` is tried first, if given: the response of a similar joint is a good guess. Otherwise the search starts
-    /// from the resonance of the linear structure and raises the load as fast as possible. If that fails, it takes the
-    /// strongest phase resonance on the branch over the range.
+    /// The search tries a `guess` first, if given: the response of a similar joint is a good guess. Without a useful
+    /// guess, the search starts from the resonance of the linear structure and raises the load as fast as possible. If
+    /// raising the load fails, the search takes the strongest phase resonance on the branch over the range.
     ///
     /// # Errors
-    /// [`DynamicsError::NoResonance`] if there is none, also if nothing bounds it (no damping, and sliding friction),
-    /// or the error of the last attempt.
+    /// Returns [`DynamicsError::NoResonance`] if the range contains no phase resonance, also if nothing bounds the
+    /// amplitude (no damping, and sliding friction). Returns the error of the last attempt if the solver fails.
     pub fn phase_resonance(
         &self,
         range: (f64, f64),
@@ -97,11 +97,11 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         }
     }
 
-    /// Computes the phase resonance near `guess`: the response whose displacement at the drive lags it by 90°, by
+    /// Computes the phase resonance near `guess`: the response whose displacement at the drive lags the load by 90°, by
     /// Newton's method from `guess` without other attempts.
     ///
     /// # Errors
-    /// The error of Newton's method, or [`DynamicsError::NoResonance`] if it leads out of the range.
+    /// Returns the error of Newton's method, or [`DynamicsError::NoResonance`] if the method leaves the range.
     pub fn phase_resonance_near(
         &self,
         range: (f64, f64),
@@ -122,7 +122,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
     /// to in phase with it.
     ///
     /// # Errors
-    /// The error of Newton's method, or [`DynamicsError::NoResonance`] at an antiresonance.
+    /// Returns the error of Newton's method, or [`DynamicsError::NoResonance`] at an antiresonance.
     fn resonance_from(
         &self,
         start: State,
@@ -243,8 +243,8 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         Ok(resonances)
     }
 
-    /// Returns the angular frequencies at which the search evaluates the phase, ascending. They cover the interval, and
-    /// lie close to every natural frequency to separate close resonances.
+    /// Returns the angular frequencies at which the search evaluates the phase, ascending. The frequencies cover the
+    /// interval, and some frequencies lie close to every natural frequency to separate close resonances.
     fn search_frequencies(&self, from: f64, to: f64) -> Vec<f64> {
         let step = (to - from) / SCAN as f64;
         let mut places: Vec<f64> = (0..=SCAN).map(|k| from + k as f64 * step).collect();
@@ -288,7 +288,8 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
     /// Tracks the phase resonance from the linear resonance at a sufficiently small load up to the full load.
     ///
     /// # Errors
-    /// [`DynamicsError::ResonanceNotTracked`] with the largest load that has a resonance, or the error of the first solve.
+    /// Returns [`DynamicsError::ResonanceNotTracked`] with the largest load that has a resonance, or the error of the
+    /// first solve.
     fn raise_resonance(&self, omega: f64, lag: &Term) -> Result<Response, DynamicsError> {
         let tolerance = |factor: f64| if factor < 1.0 { ON_THE_WAY } else { 0.0 };
         let mut factor = self.first_load(omega)?;
@@ -351,8 +352,8 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
     /// be followed, searches among responses at frequencies of the range.
     ///
     /// # Errors
-    /// [`DynamicsError::NoResonance`] if there is none or nothing bounds its amplitude, or the error that stopped the
-    /// search.
+    /// Returns [`DynamicsError::NoResonance`] if the range contains no phase resonance or nothing bounds the amplitude.
+    /// Returns the error that stopped the search if the solver fails.
     fn scan_resonance(&self, range: (f64, f64), lag: &Term) -> Result<Response, DynamicsError> {
         let port = self.drive().map_or(0, |load| load.port);
         let settings = ContinuationSettings::over(range.0, range.1, port);
@@ -479,7 +480,8 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
     /// overhangs; if that fails, by the frequency.
     ///
     /// # Errors
-    /// [`DynamicsError::NoResonance`] if the amplitude still rises at the end of the range, or the error of a solve.
+    /// Returns [`DynamicsError::NoResonance`] if the amplitude still rises at the end of the range, or the error of a
+    /// solve.
     pub fn peak(
         &self,
         port: usize,
@@ -493,7 +495,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
     /// Computes the peak at `port`, between the angular frequencies of `range`, near the response `start`.
     ///
     /// # Errors
-    /// As [`Self::peak`].
+    /// Returns the errors of [`Self::peak`].
     pub(super) fn peak_near(
         &self,
         port: usize,
@@ -609,11 +611,11 @@ const LEFT: f64 = 1.5;
 /// Largest distance of phase between the start and the peak of the same resonance \[rad\].
 const FARTHEST: f64 = 0.5 * PI;
 /// Angle to the peak of the resonance curve that ends the search \[rad\]. The relative error of the amplitude is half
-/// its square.
+/// the square of this angle.
 const FLAT: f64 = 5e-3;
-/// The same angle if responses are expensive \[rad\].
+/// Angle to the peak of the resonance curve that ends the search if responses are expensive \[rad\].
 const DEAR: f64 = 1e-2;
-/// Tolerance of the responses on the way, smaller than the error of that angle.
+/// Tolerance of the responses during the search, smaller than the error due to the angle that ends the search.
 const ROUGHLY: f64 = 1e-6;
 /// Largest relative rise of the amplitude that remains to the peak.
 const RISE: f64 = 1e-6;
@@ -710,8 +712,8 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
 
     /// Computes the peak in few steps from slopes, or returns `None` if the slopes do not lead to it.
     ///
-    /// The resonance curve of a linear resonance is a circle. Its amplitude is the cosine of the angle to the peak, so
-    /// the first slope gives that angle. Later steps use the line through two slopes.
+    /// The resonance curve of a linear resonance is a circle. On the circle, the amplitude is the cosine of the angle
+    /// to the peak, so the first slope gives the angle to the peak. Later steps use the line through two slopes.
     fn peak_by_slopes(&self, start: &PhasePoint, port: usize, slot: usize) -> Option<Response> {
         let mut angle = start.slope.atan();
         let mut near: Option<PhasePoint> = None;
@@ -728,7 +730,8 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                 return Some(next.response);
             }
             angle = -next.slope * (next.phase - from.phase) / (next.slope - from.slope);
-            // Friction may make a peak so flat that a small slope is far from it. So the remaining rise decides.
+            // Friction may make a peak so flat that a point with a small slope is far from the peak. The search
+            // therefore ends when the remaining rise of the amplitude is small.
             if (0.5 * angle * next.slope).abs() <= RISE {
                 return Some(next.response);
             }

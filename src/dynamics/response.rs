@@ -117,7 +117,7 @@ impl Start {
     /// Checks that a response is the same resonance as this start, by its frequency.
     ///
     /// # Errors
-    /// [`DynamicsError::ResonanceLost`] if it is not.
+    /// Returns [`DynamicsError::ResonanceLost`] if the response is another resonance.
     pub fn require_same_resonance(&self, response: &Response) -> Result<(), DynamicsError> {
         let ratio = response.omega / self.omega;
         if ratio.max(1.0 / ratio) > ANOTHER {
@@ -131,7 +131,7 @@ impl Start {
 }
 
 impl Response {
-    /// Returns this response as a start. The same numbers give the same start to the last bit.
+    /// Returns this response as a start. Equal responses give equal starts, to the last bit.
     pub fn start(&self) -> Start {
         Start {
             omega: self.omega,
@@ -156,7 +156,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
     /// harmonic at `port`.
     ///
     /// # Errors
-    /// [`DynamicsError::HarmonicMissing`], or [`DynamicsError::OutOfRange`] if the port does not exist.
+    /// Returns [`DynamicsError::HarmonicMissing`], or [`DynamicsError::OutOfRange`] if the port does not exist.
     pub fn amplitude(&self, response: &Response, port: usize) -> Result<(f64, f64), DynamicsError> {
         let slot = self
             .harmonics()
@@ -195,7 +195,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
     /// come from the evaluation.
     ///
     /// # Errors
-    /// [`DynamicsError::NotClosed`].
+    /// Returns [`DynamicsError::NotClosed`].
     fn converged_contact_forces(
         &self,
         contact: &[f64],

@@ -21,7 +21,7 @@ pub enum FrictionLaw {
 }
 
 impl FrictionLaw {
-    /// Returns true if friction with this limit \[N\] can hold the tangential force.
+    /// Returns true if friction with this `limit` \[N\] can balance the tangential `force`.
     pub(super) fn contains(self, force: [f64; 2], limit: f64) -> bool {
         match self {
             FrictionLaw::Cone => square(force) <= ON_LIMIT * limit * limit,

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::Harmonics;
 use crate::linalg::add_scaled;
 
-/// Spring along one direction. Its force is positive along the displacement, as for a slider.
+/// Spring along one direction. The force of a spring is positive along the displacement, as for a slider.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Spring {
@@ -53,8 +53,8 @@ impl Spring {
 
     /// Adds the coefficients of the force of a cubic spring over a cycle, and their derivatives, row by row.
     ///
-    /// The derivatives are with respect to the coefficients of the displacement along the spring. Both are exact, so
-    /// the spring does no work.
+    /// The derivatives are with respect to the coefficients of the displacement along the spring. The coefficients and
+    /// the derivatives are exact, so the spring does no work over a cycle.
     pub(super) fn add(
         &self,
         harmonics: &Harmonics,

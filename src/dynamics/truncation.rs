@@ -8,24 +8,26 @@ use super::{DynamicsError, HarmonicBalance, Harmonics, Response, Start};
 use crate::journal::Journal;
 use crate::linalg::add_scaled;
 
-/// Estimated error over the change of the response when the harmonics are about doubled. The doubled harmonics still
-/// leave out at least a third of the error, as the truncation error of friction falls about with the square of the
-/// first missing order.
+/// Ratio of the estimated error to the change of the response when the harmonics are about doubled. At least a third of
+/// the error remains with doubled harmonics, because the truncation error of friction falls about with the square of
+/// the first missing order.
 pub(super) const TAIL: f64 = 2.0;
-/// The same factor if the response with the doubled harmonics is the result, so that only its own error counts. A tail
-/// that falls with the square of the order would give a quarter.
+/// Ratio of the estimated error to the change of the response if the response with doubled harmonics is the result, so
+/// that only the error of this response counts. An error that falls with the square of the order would give a ratio of
+/// a quarter.
 const LEFT_OUT: f64 = 1.0 / 3.0;
 /// Tolerance of a response with doubled harmonics that becomes the result.
 const TAKEN: f64 = 1e-3;
 /// Largest ratio of the error after a doubling of the harmonics to the error before; above it another doubling is not
 /// worth its cost.
 const GAIN: f64 = 0.7;
-/// Tolerance of an expensive response with doubled harmonics. The correction counts as an error: few harmonics leave
-/// out several times as much. If banks lift off and land again, Newton's method may not reach a smaller correction.
+/// Tolerance of an expensive response with doubled harmonics. The last correction of Newton's method counts as an
+/// error, but the truncation error of few harmonics is several times as large. If banks lift off and land again,
+/// Newton's method may not reach a smaller correction.
 const ESTIMATED: f64 = 1e-2;
 /// Tolerance of a cheap response with doubled harmonics; it is small against the truncation error.
 const ROUGHLY: f64 = 1e-5;
-/// Error if no response was found with more harmonics: nothing is known.
+/// Error if the solver finds no response with more harmonics, so that the error is unknown.
 pub(super) const UNKNOWN: f64 = 1.0;
 /// Highest order to which harmonics are extended: 340 elements then have 64 000 unknowns.
 const HIGHEST: u32 = 31;
@@ -145,8 +147,8 @@ pub struct Extension {
     pub unknowns: usize,
 }
 
-/// Difference between a response and the response with about twice the harmonics. It changes little from one response
-/// to the next.
+/// Difference between a response and the response with about twice the harmonics. The difference changes little from
+/// one response to the next.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Correction {
     /// The harmonics.
@@ -247,12 +249,12 @@ fn energies(response: &Response) -> [f64; 4] {
 impl Vibration {
     /// Computes the resonance with these contact elements, or the response at the given frequency.
     ///
-    /// The search starts from a response in some harmonics, if given. It uses the harmonics of the vibration, or of the
-    /// start if they are more. With a `tolerance`, harmonics are extended until the estimated errors of amplitude and
-    /// dissipation are within it, up to order 31.
+    /// The search starts from a response in some harmonics, if given. The search uses the harmonics of the vibration,
+    /// or the harmonics of the start if the start has more. With a `tolerance`, the search extends the harmonics, up to
+    /// order 31, until the estimated errors of amplitude and dissipation are within the tolerance.
     ///
     /// # Errors
-    /// As [`Vibration::resonance`].
+    /// Returns the errors of [`Vibration::resonance`].
     pub fn resolve(
         &self,
         elements: Vec<ContactElement>,
@@ -267,7 +269,7 @@ impl Vibration {
     /// harmonics. A caller may try other elements before [`ResolvedResonance::with_peak_and_errors`].
     ///
     /// # Errors
-    /// As [`Vibration::resonance`].
+    /// Returns the errors of [`Vibration::resonance`].
     pub fn resolve_governing_response(
         &self,
         elements: Vec<ContactElement>,
@@ -300,7 +302,7 @@ impl Vibration {
     /// harmonics are then extended only as long as this reduces the errors.
     ///
     /// # Errors
-    /// As [`HarmonicBalance::new`].
+    /// Returns the errors of [`HarmonicBalance::new`].
     pub(super) fn extended(
         &self,
         balance: HarmonicBalance<ContactElement>,
@@ -421,7 +423,7 @@ impl ResolvedResonance<'_> {
     /// Adds the peak and the errors, if they are missing.
     ///
     /// # Errors
-    /// As [`Vibration::resonance`].
+    /// Returns the errors of [`Vibration::resonance`].
     pub fn with_peak_and_errors(
         mut self,
         tolerance: Option<f64>,
@@ -441,7 +443,7 @@ impl ResolvedResonance<'_> {
     /// Adds the peak, with the errors and the correction of a nearby response.
     ///
     /// # Errors
-    /// As [`Vibration::resonance`].
+    /// Returns the errors of [`Vibration::resonance`].
     pub fn with_peak_and_known_errors(
         self,
         truncation: TruncationError,
@@ -458,7 +460,7 @@ impl ResolvedResonance<'_> {
     /// Adds the peak, if it is missing.
     ///
     /// # Errors
-    /// As [`Vibration::resonance`].
+    /// Returns the errors of [`Vibration::resonance`].
     pub fn with_peak(mut self) -> Result<Self, DynamicsError> {
         if let Some(phase) = self.resonance.phase.take_if(|_| self.is_open) {
             self.resonance = self.vibration.with_nearby_peak(&self.balance, phase)?;
@@ -469,7 +471,7 @@ impl ResolvedResonance<'_> {
     /// Applies its correction, if it has one, and returns the response with more harmonics.
     ///
     /// # Errors
-    /// As [`HarmonicBalance::new`].
+    /// Returns the errors of [`HarmonicBalance::new`].
     pub fn corrected(&self) -> Result<Self, DynamicsError> {
         let unchanged = ResolvedResonance {
             balance: self.balance.clone(),
@@ -535,15 +537,16 @@ impl ResolvedResonance<'_> {
         Some((truncation, Some((finer, resonance))))
     }
 
-    /// Estimates the errors due to too few samples, from the resonance with twice the samples. They are estimated apart
-    /// from the errors of the harmonics, as the two may cancel.
+    /// Estimates the errors due to too few samples, from the resonance with twice the samples. The errors due to few
+    /// samples and the errors due to missing harmonics may cancel, so they are estimated separately.
     fn errors_of_samples(&self) -> TruncationError {
         if self.is_linear() {
             return TruncationError::NONE;
         }
         let harmonics = self.balance.harmonics().clone();
         let more_samples = self.vibration.refined_balance(&self.balance, harmonics, 2);
-        // It may run in parallel with another solve, so the order of its journal entries would be random.
+        // The solve with more samples may run in parallel with another solve, so the order of journal entries would be
+        // random.
         let more_samples = more_samples.map(|more_samples| HarmonicBalance {
             journal: Journal::default(),
             ..more_samples
@@ -565,12 +568,12 @@ impl ResolvedResonance<'_> {
             .all(|response| response.active_elements() == 0)
     }
 
-    /// Estimates the errors from the difference to the resonance of another balance, and returns that resonance. `None`
-    /// if it is not found.
+    /// Estimates the errors from the difference to the resonance of another balance, and returns that resonance.
+    /// Returns `None` if the solver does not find the resonance of the other balance.
     ///
-    /// A single value may change little because two larger changes of it cancel. So the error of the amplitude is at
-    /// least the overall change of the coefficients of the contact displacements. The error of the dissipation is the
-    /// sum of the changes of all elements.
+    /// A single value may change little because two larger changes cancel. The estimated error of the amplitude is
+    /// therefore at least the overall change of the coefficients of the contact displacements. The error of the
+    /// dissipation is the sum of the changes of all elements.
     fn errors_by(
         &self,
         finer: &HarmonicBalance<ContactElement>,
@@ -607,7 +610,8 @@ impl ResolvedResonance<'_> {
                 start
             };
             let fine = match is_beside {
-                // This peak follows the phase resonance, so no new search is needed.
+                // A peak near the phase resonance is computed from the phase resonance, so the peak needs no new
+                // search.
                 true => {
                     let range = self.vibration.range;
                     let phase = finer.phase_resonance_near(range, &corrected_start(&start))?;
@@ -674,8 +678,8 @@ impl ResolvedResonance<'_> {
     }
 }
 
-/// Returns the Euclidean distance of two rows of coefficients, relative to the second. Both have the harmonics `all`;
-/// only the orders of `kept` without the mean count.
+/// Returns the Euclidean distance of two rows of coefficients, relative to the second. The rows `a` and `b` have the
+/// harmonics `all`. The distance includes only the orders of `kept`, without the mean.
 fn distance(a: &[f64], b: &[f64], kept: &Harmonics, all: &Harmonics) -> f64 {
     let n = all.coefficients();
     let slots: Vec<usize> = kept.orders()[1..]

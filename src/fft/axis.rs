@@ -1,9 +1,9 @@
 //! Fourier transforms along one axis, for lines whose second half is zero padding.
 //!
-//! Take a line x_j of 2h points whose second half is zero. Its even waves are the transform of its first half. Its odd
-//! waves are the transform of x_j e^(−iπj/h). So two transforms of length h, which fit in the cache, replace one of
-//! length 2h, and no work is spent on zeros. The inverse needs the first half of the line only, and gets it from the
-//! same two transforms.
+//! Take a line x_j of 2h points whose second half is zero. The even waves of the line are the transform of its first
+//! half. The odd waves of the line are the transform of x_j e^(−iπj/h) in the first half. Two transforms of length h,
+//! which fit in the cache, therefore replace one transform of length 2h, without work on zeros. The inverse transform
+//! needs only the first half of the line, and gets this half from the same two transforms.
 
 use std::sync::Arc;
 
@@ -13,8 +13,8 @@ use super::Complex64;
 
 /// Transforms between lines of `cells` values, zero beyond them, and `points` waves.
 ///
-/// A line is stored in the order of transformed space. That is the order of the waves or, in a halved line, all even
-/// waves and then all odd ones.
+/// A line is stored in the order of transformed space. A full line contains the waves in their order. A halved line
+/// contains all even waves and then all odd waves.
 pub(super) struct Axis {
     pub(super) cells: usize,
     pub(super) points: usize,

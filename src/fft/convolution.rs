@@ -13,9 +13,9 @@ const PAIRS_AT_ONCE: usize = 4;
 /// Convolution of a field of `nx * ny` cells with kernels in transformed space, on a padded plane of `px * py`.
 ///
 /// The transformed plane is stored column by column. The wave number along y is slow (`py / 2 + 1` values), the wave
-/// number along x is fast (`px` values). Both keep the order in which the transforms return them. Two real rows are
-/// transformed as one complex row. Rows and columns that are known to be zero, or whose result is not needed, are
-/// skipped.
+/// number along x is fast (`px` values). The wave numbers along x and y keep the order in which the transforms return
+/// them. Two real rows are transformed as one complex row. Rows and columns that are known to be zero, or whose result
+/// is not needed, are skipped.
 pub struct Convolution {
     along_x: Axis,
     along_y: Axis,
@@ -42,10 +42,10 @@ pub struct VectorKernel {
 }
 
 /// Buffers and threads of the transforms. All convolutions of a grid share one workspace, so that it stays in the
-/// cache. It also counts pairs of transforms.
+/// cache. The workspace also counts pairs of transforms.
 pub struct Workspace {
-    /// Columns of each of two fields, in one block per thread. A thread owns the columns of its block. It also owns
-    /// some rows, and reads and writes these in all blocks, one block at a time.
+    /// Columns of each of two fields, in one block per thread. A thread owns the columns of its block. Each thread also
+    /// owns some rows, and reads and writes these rows in all blocks, one block at a time.
     planes: [Vec<Mutex<Vec<Complex64>>>; 2],
     threads: Vec<Thread>,
     pool: Option<rayon::ThreadPool>,
@@ -323,8 +323,8 @@ impl Convolution {
 
     /// Transforms one or two fields, mixes their columns, and transforms one or two fields back.
     ///
-    /// `mix` receives the range of a column in a kernel, and this column of each field. It replaces these by the
-    /// columns of the outputs.
+    /// `mix` receives the range of a column in a kernel, and this column of each field. `mix` replaces the columns of
+    /// the fields by the columns of the outputs.
     fn convolve(
         &self,
         work: &mut Workspace,

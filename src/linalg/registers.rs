@@ -1,4 +1,5 @@
-//! Clears the vector registers after matrix products, because the kernels of `faer` leave their upper halves filled.
+//! Clears the vector registers after matrix products, because the matrix kernels of `faer` do not clear the upper
+//! halves of these registers.
 
 use faer::linalg::matmul;
 use faer::traits::ComplexField;

@@ -189,7 +189,8 @@ fn symbolic(
             size,
         )),
         CholeskySymbolicParams {
-            // `trailing_factor` reads the supernodes, so a small matrix must have supernodes too.
+            // The function `trailing_factor` reads supernodes, so the factorisation of a small matrix must have
+            // supernodes too.
             supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL,
             ..Default::default()
         },
@@ -245,10 +246,11 @@ impl SparseCholesky {
         self.values.len()
     }
 
-    /// Returns the number of entries that [`SparseCholesky::new`] would store. Only the sparsity pattern is used.
+    /// Returns the number of entries that [`SparseCholesky::new`] would store. The count depends only on the sparsity
+    /// pattern of the matrix.
     ///
     /// # Errors
-    /// As [`SparseCholesky::new`], except that the matrix need not be positive definite.
+    /// Returns the errors of [`SparseCholesky::new`], except that the matrix need not be positive definite.
     pub fn count_entries(matrix: &SparseSymmetric, order: &[usize]) -> Result<usize, LinalgError> {
         Ok(symbolic(matrix, order)?.len_val())
     }

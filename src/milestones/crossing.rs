@@ -127,8 +127,8 @@ impl History {
         self.at(slopes, row, part).1
     }
 
-    /// Returns the first cycles from `begin` on at which a condition holds. The arguments of the condition
-    /// are a row and a fraction of the way to the next row.
+    /// Returns the first number of cycles, from `begin` on, at which the condition `holds` is true. The arguments of
+    /// `holds` are a row and a fraction of the way to the next row.
     fn first(&self, begin: f64, holds: &dyn Fn(usize, f64) -> bool) -> Option<f64> {
         for (row, pair) in self.cycles.windows(2).enumerate() {
             let length = pair[1] - pair[0];

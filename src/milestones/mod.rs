@@ -35,7 +35,7 @@ impl States {
     /// Reads the states of a run.
     ///
     /// # Errors
-    /// Errors of reading the run.
+    /// Returns errors of reading the run.
     pub fn read(reader: &RunReader) -> Result<States, StoreError> {
         let history = reader.history()?;
         let wrong = |source: TableError| StoreError::Table {
@@ -124,14 +124,14 @@ impl States {
     /// Returns the history of a figure.
     ///
     /// # Errors
-    /// [`Missing`] if the run has no history of the figure.
+    /// Returns [`Missing`] if the run has no history of the figure.
     pub fn history(&self, figure: Figure) -> Result<History, Missing> {
         let mut history = History {
             bend: figure.bend(),
             ..History::default()
         };
-        // Worn volume at the last row with a resonance. It gives the bar of a resonance that is computed
-        // apart from the one that drives the wear.
+        // Worn volume at the last row with a resonance. The error bar of a resonance that does not drive the wear
+        // depends on this worn volume.
         let mut worn_before = 0.0;
         for (summary, worn) in &self.rows {
             let value_and_bar = match figure {

@@ -131,7 +131,7 @@ impl Milestone {
     /// a change (`+1Hz`, `-5%`).
     ///
     /// # Errors
-    /// [`MilestoneError`]
+    /// Returns [`MilestoneError`].
     pub fn parse(figure: Figure, text: &str) -> Result<Milestone, MilestoneError> {
         let written = text.trim();
         // A minus sign may be typed as the character or as a hyphen.
@@ -182,7 +182,7 @@ impl Milestone {
     /// Parses a milestone of a stiffness, whose text begins with `kn` or `kt`.
     ///
     /// # Errors
-    /// [`MilestoneError`]
+    /// Returns [`MilestoneError`].
     pub fn parse_stiffness(text: &str) -> Result<Milestone, MilestoneError> {
         let written = text.trim();
         let named = |name: &str, figure| Some((figure, written.strip_prefix(name)?));
@@ -196,7 +196,8 @@ impl Milestone {
         Milestone::parse(figure, rest.trim_start_matches([' ', '=']))
     }
 
-    /// Returns the level of the figure at the milestone, in its SI unit. `unworn` is its unworn value.
+    /// Returns the level of the figure at the milestone, in its SI unit. `unworn` is the value of the figure before
+    /// wear.
     pub fn level(&self, unworn: f64) -> f64 {
         match self.target {
             Target::Value(value) => value,

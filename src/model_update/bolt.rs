@@ -40,8 +40,8 @@ pub struct Bolt {
 pub struct BoltContact {
     /// Approach δ under the load \[m\]; without load, the approach at first touch.
     pub approach: f64,
-    /// Slope dN/dδ at this load \[N/m\]. It only steers the search: 0 for an unknown slope costs contact solutions, but
-    /// no accuracy.
+    /// Slope dN/dδ at this load \[N/m\]. The slope only steers the search for the load. A slope of 0, for an unknown
+    /// slope, costs contact solutions but no accuracy.
     pub kn: f64,
 }
 

@@ -107,8 +107,9 @@ pub enum UpdateCause {
 pub struct DueUpdate {
     /// Quantity that is due; of several, the one that changed most.
     pub to: UpdateCause,
-    /// Change since the last update. For kn, kt, force and energy it is k/k_ref − 1 with its sign (∞ if the joint has
-    /// become rigid). Otherwise it is the number of iterations, or a volume \[m³\] or its relative growth.
+    /// Change since the last update. For kn, kt, force and energy the change is k/k_ref − 1 with its sign (∞ if the
+    /// joint has become rigid). For the other causes, the change is the number of iterations, a volume \[m³\], or the
+    /// relative growth of the volume.
     pub value: f64,
     /// Limit that the value has reached.
     pub limit: f64,
@@ -191,7 +192,8 @@ impl UpdateCriterion {
     }
 
     /// Returns the progress from the last update (0) to the next (1); 0 if no update is ever due. Volume growth that
-    /// exceeds its limit by little still counts as 1. It is not an event, and only limits the distance between updates.
+    /// exceeds its limit by little still counts as 1. Volume growth is not an event, and only limits the distance
+    /// between updates.
     pub fn progress(&self, reference: &UpdateState, now: &UpdateState) -> f64 {
         self.change(reference, now).map_or(0.0, |change| {
             let progress = change.value.abs() / change.limit;

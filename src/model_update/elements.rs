@@ -9,11 +9,11 @@ use crate::grid::{Grid, Patch};
 /// Contact elements of a structure over a fine grid. An array of equal rectangles covers the rectangle of the grid, and
 /// the structure has some of its faces. The elements are either these faces or the nodes between them.
 ///
-/// *Faces* are numbered in the given order. The two arrays need not match. A fine cell on a border between elements is
-/// shared in proportion to its area in each. Its area in rectangles that are not elements (the bolt hole) goes to its
-/// elements in proportion. *Nodes* are numbered with i along x slow and j along y fast. A fine cell is shared by the
-/// nodes around it, with the weights of the bilinear interpolation. In both cases the sum over the elements equals the
-/// sum over the fine cells.
+/// *Faces* are numbered in the given order. The grid and the array of faces need not match. A fine cell on a border
+/// between elements is shared in proportion to its area in each element. If a part of a fine cell lies in the bolt
+/// hole, where no elements are, the elements of the cell share this part in proportion. *Nodes* are numbered with i
+/// along x slow and j along y fast. A fine cell is shared by the nodes around it, with the weights of the bilinear
+/// interpolation. For faces and for nodes, the sum over the elements equals the sum over the fine cells.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ContactElements {
     nodes: Option<Nodes>,
@@ -157,7 +157,7 @@ impl ContactElements {
     /// rectangle of `grid`.
     ///
     /// # Errors
-    /// The same errors as [`ContactElements::new`].
+    /// Returns the errors of [`ContactElements::new`].
     pub fn at_nodes(
         grid: Grid,
         counts: [usize; 2],
@@ -263,7 +263,8 @@ impl ContactElements {
         &self.centres
     }
 
-    /// Returns the area of each element \[m²\]. It is the area of its face or node, not of its fine cells.
+    /// Returns the area of each element \[m²\]. The area of an element is the area of its face or node, not the area of
+    /// its fine cells.
     pub fn areas(&self) -> &[f64] {
         &self.areas
     }
@@ -271,7 +272,7 @@ impl ContactElements {
     /// Returns the gap g₀ ≥ 0 of each element in a static contact with these loads \[m\]; 0 for a loaded element.
     ///
     /// # Panics
-    /// The same condition as [`ContactElements::gaps`].
+    /// Panics if the field does not have one value per cell of the grid.
     pub fn static_gaps(&self, gap: &[f64], normal_load: &[f64]) -> Vec<f64> {
         // The gap of a loaded cell is the residual of the solver, or negative at the cap. An element may also carry a
         // share of a cell on its border while all cells centred in it are open.
@@ -299,7 +300,7 @@ impl ContactElements {
     /// Returns the integral of a fine field over each element: [`ContactElements::sums`] times the area of a fine cell.
     ///
     /// # Panics
-    /// The same condition as [`ContactElements::sums`].
+    /// Panics if the field does not have one value per cell of the grid.
     pub fn integrals(&self, field: &[f64]) -> Vec<f64> {
         let area = self.patch.grid.cell_area();
         let mut sums = self.sums(field);
@@ -311,16 +312,16 @@ impl ContactElements {
     /// shear field \[N\]. The loads sum to the load of the joint [A §2e].
     ///
     /// # Panics
-    /// The same condition as [`ContactElements::sums`].
+    /// Panics if the field does not have one value per cell of the grid.
     pub fn loads(&self, pressure: &[f64]) -> Vec<f64> {
         self.integrals(pressure)
     }
 
     /// Returns the smallest gap of each element \[m\] [A §2e], over the fine cells whose centre lies in a face or on
-    /// its border, or is nearest to a node. It is negative where capped cells overlap.
+    /// its border, or is nearest to a node. The gap is negative where capped cells overlap.
     ///
     /// # Panics
-    /// The same condition as [`ContactElements::sums`].
+    /// Panics if the field does not have one value per cell of the grid.
     pub fn gaps(&self, gap: &[f64]) -> Vec<f64> {
         assert_eq!(gap.len(), self.patch.grid.len(), "values of the field");
         self.centred_offsets

@@ -119,7 +119,8 @@ impl Loading {
     }
 
     /// Returns the backbone of an element: the levels of its displacement \[m\], its force at each level \[N\], and the
-    /// index of the level at which the motion turns. `sliders` holds strength and stiffness of the sliders of its law.
+    /// index of the level at which the motion turns. `sliders` contains the strength and the stiffness of each slider
+    /// of the element.
     fn backbone(
         &self,
         element: usize,

@@ -21,9 +21,9 @@ const MAX_ROUNDS: usize = 4;
 const ENERGY_TOLERANCE: f64 = 1e-3;
 
 /// Returns elements of these `laws` with the tangential stiffness for which each dissipates the `energy` of the fine
-/// contact \[J\], as far as bounded factors permit. Otherwise the targets of all elements rise by the same ratio, so
-/// that the total equals that of the fine contact. `dissipated` returns the energy of elements with other parameters in
-/// the same motion \[J\].
+/// contact \[J\], as far as bounded factors permit. If the factors of some elements reach their bounds, the target
+/// energies of all elements rise by the same ratio. The total energy of the elements then equals the energy of the fine
+/// contact. `dissipated` returns the energy of elements with other parameters in the same motion \[J\].
 pub fn match_dissipation(
     energy: &[f64],
     laws: &ElementParameters,

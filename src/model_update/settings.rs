@@ -11,8 +11,8 @@ pub struct UpdateSettings {
     /// Fraction of the motion at which the loading ends. While a response is computed, elements may move beyond the end of
     /// the motion.
     pub loading_end: f64,
-    /// Elements that move less than this fraction of the largest motion keep the law of the push. Their force depends on
-    /// their neighbours and not on their own motion.
+    /// Elements that move less than this fraction of the largest motion keep the law of the push. The force of such an
+    /// element depends on its neighbours and not on its own motion.
     pub least_reach: f64,
     /// Last slope of a backbone that is below its strength at its last corner, relative to the slope before.
     pub last_slope: f64,

@@ -1,16 +1,16 @@
 //! Laws of contact elements from the fine contact: each element is a bank of parallel sliders.
 //!
 //! The fine contact is pushed along x, from almost no slip to full sliding, in up to a dozen levels of a displacement
-//! that is equal for all cells. The force of the cells of an element at each level is its *backbone* T(u). The nearest
+//! that is equal for all cells. The *backbone* T(u) of an element is the force of its cells at each level. The nearest
 //! concave polyline through the levels is a bank of sliders with the common displacement u. Slider j has the stiffness
-//! k_j by which the slope falls at level u_j. From there on it slides at k_j u_j (Masing 1926, Iwan 1967). The
-//! strengths of the sliders sum to µN of the element.
+//! k_j by which the slope falls at level u_j. Beyond level u_j, the slider slides at k_j u_j (Masing 1926, Iwan 1967).
+//! The strengths of the sliders sum to µN of the element.
 //!
 //! A slider carries the load that its strength requires, N_j = k_j u_j/µ, and a share of the element's normal
-//! stiffness. A slider of a low level represents the edges of spots. It opens first when the element is unloaded, and
-//! its stiffness vanishes with it. So a rough contact loses stiffness and strength on the way to lift-off. For one spot
-//! this is the theorem of Ciavarella and Jäger, T(u) = µ (N(δ) − N(δ − u/µκ)), with κ the ratio of normal to tangential
-//! compliance.
+//! stiffness. A slider of a low level represents the edges of spots. Such a slider opens first when the load of the
+//! element falls, and then has no stiffness. A rough contact therefore loses stiffness and strength on the way to
+//! lift-off. For one spot, this relation is the theorem of Ciavarella and Jäger, T(u) = µ (N(δ) − N(δ − u/µκ)), with κ
+//! the ratio of normal to tangential compliance.
 
 use super::{ContactElements, ElementParameters, UpdateSettings};
 use crate::contact::stiffness;
@@ -51,8 +51,8 @@ pub struct Backbones {
 pub struct Laws {
     /// Loads, gaps, initial stiffness and sliders of the elements.
     pub parameters: ElementParameters,
-    /// Largest difference between each backbone and its bank, summed over the elements, relative to µN of the joint. It
-    /// comes from rising slopes, and from corners that are lifted to keep the energy of loops.
+    /// Largest difference between each backbone and its bank, summed over the elements, relative to µN of the joint.
+    /// The difference comes from rising slopes, and from corners that are lifted to preserve the energy of loops.
     pub backbone_error: f64,
 }
 
@@ -60,7 +60,7 @@ impl Backbones {
     /// Computes the backbones of the contact under friction `limit`s µp \[Pa\]; `None` if friction carries nothing.
     ///
     /// # Errors
-    /// The same errors as [`tangential::solve`].
+    /// Returns the errors of [`tangential::solve`].
     pub fn new(
         half_space: &mut HalfSpace,
         elements: &ContactElements,
@@ -141,11 +141,11 @@ fn full_sliding_displacement(half_space: &mut HalfSpace, limit: &[f64], shear: S
 
 impl Laws {
     /// Computes the laws from the fine contact under `pressure` \[Pa\] with the `gap` \[m\] of each cell. `half_space`
-    /// holds the compliance of the bodies that the structure's own model does not include: see
+    /// contains the compliance of the bodies that the model of the structure does not include: see
     /// [`crate::contact::nodes`].
     ///
     /// # Errors
-    /// The same errors as the contact solves.
+    /// Returns the errors of the contact solves.
     pub fn new(
         half_space: &mut HalfSpace,
         elements: &ContactElements,
@@ -218,8 +218,8 @@ impl Laws {
         (bank, deviation)
     }
 
-    /// Returns the slider of an element without load. It has no stiffness until it closes, and then the mean stiffness
-    /// per area of the loaded elements.
+    /// Returns the slider of an element without load. The slider has no stiffness until it closes. A closed slider has
+    /// the mean stiffness per area of the loaded elements.
     fn closing_slider(&self, elements: &ContactElements, element: usize) -> Slider {
         let parameters = &self.parameters;
         let sum = |values: &[f64]| -> f64 {
@@ -244,9 +244,10 @@ impl Laws {
 /// Normal load, gap, kn and kt of a slider.
 pub(super) type Slider = [f64; 4];
 
-/// Returns the sliders of a loaded element with the normal stiffness `kn`. Its force has these falling `slopes` up to
-/// each level, and slope 0 beyond the last. Adds sliders that close if the load exceeds the load at rest: the contact
-/// then gains at its edge what it loses there if the load falls.
+/// Returns the sliders of a loaded element with the normal stiffness `kn`. The force of the element has these falling
+/// `slopes` up to each level, and slope 0 beyond the last level. The function adds sliders that close if the load
+/// exceeds the load at rest. With a higher load, the contact gains at its edge as much as it loses there with a lower
+/// load.
 pub(super) fn slider_bank(levels: &[f64], slopes: &[f64], kn: f64, mu: f64) -> Vec<Slider> {
     let next = slopes[1..].iter().chain([&0.0]);
     let steps = slopes.iter().zip(next).map(|(slope, next)| slope - next);
@@ -277,9 +278,9 @@ impl Sliders {
     }
 }
 
-/// Returns the falling slopes, between the levels, of a concave polyline from zero to `strength`. It is nearest to
-/// `force` in its slopes, by pooling neighbours with rising slopes, weighted by their lengths. The motion turns at the
-/// level `turn`, if there is one.
+/// Returns the falling slopes, between the levels, of a concave polyline from zero to `strength`. The slopes of the
+/// polyline are nearest to the slopes of `force`. To find them, the function pools neighbours with rising slopes,
+/// weighted by their lengths. The motion turns at the level `turn`, if there is one.
 pub(super) fn concave_slopes(
     levels: &[f64],
     force: &[f64],
@@ -309,8 +310,9 @@ pub(super) fn concave_slopes(
 
 /// Returns the corners of a polyline that encloses the same area as a smooth curve through `force`, and so the same
 /// energy of its loops. Over a length h, a chord lies below a curve of curvature c by an area of c h³/12. Lifting the
-/// corners by two thirds of the sag restores most of it. The polyline ends at `strength`. It keeps the force where the
-/// motion turns and beyond: a lifted corner there would raise, through the slope before it, everything before.
+/// corners by two thirds of the sag restores most of this area. The polyline ends at `strength`. The polyline keeps the
+/// force from the level `turn` on, where the motion turns. A lifted corner from `turn` on would raise the slope before
+/// this corner, and through this slope all earlier values.
 fn lift_corners(levels: &[f64], force: &[f64], strength: f64, turn: Option<usize>) -> Vec<f64> {
     let last = levels.len() - 1;
     let clamped = |t: f64| t.clamp(0.0, strength);

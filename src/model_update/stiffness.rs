@@ -11,9 +11,9 @@ use crate::contact::{ContactError, HalfSpace, Shear};
 use crate::grid::{ByAxis, Patch};
 
 /// Smallest compliance of all springs together, relative to the compliance of the smooth patch. A structure of finite
-/// elements needs finite springs even where the roughness is gone. This bound adds a thousandth of the compliance that
-/// the bodies have around the joint anyway, far less than their discretisation error. Much stiffer springs would cost
-/// the harmonic balance accuracy.
+/// elements needs finite springs even where the roughness is gone. The smallest compliance adds a thousandth of the
+/// compliance that the bodies have around the joint anyway. This addition is far less than the discretisation error of
+/// the bodies. Much stiffer springs would cost the harmonic balance accuracy.
 pub const SMALLEST_COMPLIANCE: f64 = 1e-3;
 
 /// Compliance of the whole joint.
@@ -44,13 +44,13 @@ impl Compliance {
         1.0 / self.tangential
     }
 
-    /// Computes the compliance of a patch in full contact: that of the half spaces under it, without roughness. It
-    /// depends on the patch alone and takes two solves, so callers should store it. `shear` must equal the setting of
-    /// the contact from which it is subtracted: fixing the transverse displacement makes the joint a little stiffer (by
-    /// 0.1 % on a square patch).
+    /// Computes the compliance of a patch in full contact: the compliance of the half spaces under the patch, without
+    /// roughness. The compliance of the smooth patch depends on the patch alone and takes two solves, so callers should
+    /// store it. `shear` must equal the setting of the contact from which it is subtracted: fixing the transverse
+    /// displacement makes the joint a little stiffer (by 0.1 % on a square patch).
     ///
     /// # Errors
-    /// The same errors as [`stiffness::normal`] and [`stiffness::tangential`].
+    /// Returns the errors of [`stiffness::normal`] and [`stiffness::tangential`].
     pub fn smooth(
         half_space: &mut HalfSpace,
         patch: &Patch,
@@ -92,7 +92,7 @@ impl Linearisation {
     /// Linearises the contact with this `pressure` and cap \[Pa\].
     ///
     /// # Errors
-    /// The same errors as [`stiffness::local_normal`] and [`stiffness::local_tangential`].
+    /// Returns the errors of [`stiffness::local_normal`] and [`stiffness::local_tangential`].
     pub fn new(
         half_space: &mut HalfSpace,
         pressure: &[f64],
@@ -117,15 +117,16 @@ impl Linearisation {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum StiffnessKind {
-    /// All of it, as published. It includes the half spaces' own compliance, which the structure's model has too.
+    /// The whole compliance of the joint, as published. The compliance of the joint includes the compliance of the half
+    /// spaces, which the model of the structure includes too.
     #[default]
     Total,
-    /// The part that the roughness adds to the smooth patch. The displacement of the fine contact then differs from
-    /// that of the springs: see [`fine_displacement`].
+    /// The part that the roughness adds to the smooth patch. With such springs, the displacement of the fine contact
+    /// differs from the displacement of the springs: see [`fine_displacement`].
     Roughness,
-    /// All of it, each element with the local stiffness of the fine contact. The stiffness is zero where nothing
-    /// touches, and stays so over the cycle. At the published load this holds for a third of the elements at Rq 10 µm,
-    /// and for a sixth at 5 µm.
+    /// The whole compliance of the joint, where each element has the local stiffness of the fine contact. The stiffness
+    /// is zero for elements without contact, and stays zero over the cycle. At the published load, a third of the
+    /// elements have no contact at Rq 10 µm, and a sixth at 5 µm.
     Tangent,
     /// No springs: each element is a bank of sliders, see [`super::sliders`].
     Sliders,
@@ -177,9 +178,9 @@ impl Springs<'_> {
         }
     }
 
-    /// Returns kn and kt of each element \[N/m\], from the `normal_load` of each element \[N\]. They sum to the
-    /// stiffness of the joint, unless [`SMALLEST_COMPLIANCE`] limits it. kt of an element applies to both directions;
-    /// it is the joint's kt along x.
+    /// Returns kn and kt of each element \[N/m\], from the `normal_load` of each element \[N\]. The stiffnesses of the
+    /// elements sum to the stiffness of the joint, unless [`SMALLEST_COMPLIANCE`] limits the stiffness. The kt of an
+    /// element is computed along x and applies to both directions.
     ///
     /// # Errors
     /// Returns [`ModelUpdateError::Rigid`] if there is no finite spring.
@@ -258,7 +259,8 @@ pub struct ElementParameters {
     pub kn: Vec<f64>,
     /// Tangential stiffness kt \[N/m\].
     pub kt: Vec<f64>,
-    /// Sliders, if each element is a bank of them. They share the loads and stiffnesses of the elements.
+    /// Sliders, if each element is a bank of them. The sliders of an element share the load and the stiffness of the
+    /// element.
     pub sliders: Option<Sliders>,
 }
 

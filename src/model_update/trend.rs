@@ -1,9 +1,10 @@
 //! Extrapolation of the motion of the contact elements between two model updates.
 //!
-//! Suppose the response stayed constant between updates. The error would be of first order in their distance, mostly
-//! wear at wrong places. So the last change of the response is continued in proportion to the tangential compliance of
-//! the fine contact. The responses of lap joints change most evenly with this compliance, over the whole life.
-//! Extrapolation in the logarithm or a root of the worn volume has larger errors, and extrapolation in cycles fails.
+//! With a constant response between updates, the error would be of first order in the distance between updates, mostly
+//! wear at wrong places. The extrapolation therefore continues the last change of the response in proportion to the
+//! tangential compliance of the fine contact. The responses of lap joints change most evenly with this compliance, over
+//! the whole life. Extrapolation in the logarithm or a root of the worn volume has larger errors, and extrapolation in
+//! cycles fails.
 
 use super::UpdateSettings;
 
@@ -35,8 +36,8 @@ impl Trend {
     }
 }
 
-/// Returns true if the change to the coefficients `last` may be extrapolated. It must be at most a quarter of them, and
-/// must not oppose the change `before` it.
+/// Returns true if the change to the coefficients `last` may be extrapolated. The change must be at most a quarter of
+/// the coefficients, and must not oppose the previous change `before`.
 pub fn can_extrapolate(last: &[f64], change: &[f64], before: &[f64]) -> bool {
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     let largest = UpdateSettings::DEFAULT.largest_change

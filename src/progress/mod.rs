@@ -105,7 +105,7 @@ impl Watcher {
         }
     }
 
-    /// Lets `stopping` end the run. It then prints how to continue.
+    /// Lets `stopping` end the run. `stopping` then prints the command `continuation`, which continues the run.
     pub fn with_stopping(self, stopping: &Stopping, continuation: &str) -> Self {
         stopping.open_run(continuation, self.bar.clone());
         Watcher {
@@ -155,8 +155,8 @@ impl Watcher {
         }
     }
 
-    /// Returns the position of the run, and its rate and remaining time. Both are printed in one line, or the first
-    /// next to the bar.
+    /// Returns the position of the run, and its rate and remaining time. The watcher prints both texts in one line, or
+    /// the position of the run next to the bar.
     fn line(&self, progress: &Progress) -> (String, String) {
         let mut line = format!("iteration {}", progress.wear_iteration);
         let Some(wear) = &self.wear else {
@@ -265,7 +265,7 @@ fn report_regularly(gauge: Gauge, at: &Arc<Mutex<StageInProgress>>) {
 /// Estimate of the remaining time \[s\], and the time of the estimate.
 type End = (Instant, f64);
 
-/// Shows the remaining time, counted down between iterations. It shows nothing after the time has passed.
+/// Shows the remaining time, counted down between iterations. The display is empty after the remaining time has passed.
 fn remaining_time(
     end: Arc<Mutex<Option<End>>>,
 ) -> impl Fn(&ProgressState, &mut dyn Write) + Clone + Send + Sync {

@@ -1,7 +1,7 @@
 //! Handling of Ctrl-C, SIGTERM and `--max-wall`.
 //!
-//! The running iteration may finish if that takes at most a short time. Otherwise the process ends within a stage.
-//! This is safe at any time, since only commits count.
+//! The running iteration may finish if it needs at most a short time. If the iteration needs more time, the process
+//! ends within a stage. The process may end safely at any time, since a run consists only of its commits.
 
 use std::io;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -32,7 +32,7 @@ pub struct ProcessPhase {
     /// Command that continues the run.
     continuation: String,
     bar: Option<ProgressBar>,
-    /// True after the last stage. Only the final report remains.
+    /// True after the last stage. After the last stage, only the final report remains.
     over: bool,
 }
 
@@ -52,7 +52,7 @@ impl ForwardedSignals {
     /// Listens to the first signal. A second signal ends the process with `exit`.
     ///
     /// # Errors
-    /// Errors of the operating system.
+    /// Returns errors of the operating system.
     pub fn listen_once(exit: i32) -> io::Result<ForwardedSignals> {
         let signalled = Arc::new(AtomicBool::new(false));
         for signal in [SIGINT, SIGTERM] {
@@ -229,7 +229,7 @@ impl Watch {
                 "stopped within {stage}, {} after it began: {consequence}; earlier results are kept",
                 duration(since.elapsed().as_secs_f64())
             ));
-            // Otherwise each start would end in this stage.
+            // With the same limit of time, each start would end in its first stage.
             if late && at.begun == 1 && !goes_on {
                 say(
                     "this is the first stage of this start: increase --max-wall, or no start can finish the stage",

@@ -11,19 +11,20 @@ use crate::wear::{HarmonicMotion, Motion};
 /// Name of the decisions about a cycle.
 pub(super) const CYCLE: &str = "fretting cycle";
 
-/// Limit for marching a computed motion between its two reversals, as a part of the load and of the amplitude. The
-/// load must vary by less, and the motion must leave its line by less. The error of wear is of second order in both.
+/// Limit for marching a computed motion between its two reversals. The variation of the load relative to the load, and
+/// the deviation of the motion from its line relative to the amplitude, must be less than this limit. The error of wear
+/// is of second order in the variation and in the deviation.
 pub const STRAIGHT: f64 = 0.01;
-/// The same limit on the deviation from the line, relative to the amplitude, for contact elements with their own
-/// friction laws. [`WorkBetweenEnds`] of the elements then accounts for the motion beside the line and for additional
+/// Limit on the deviation of the motion from its line, relative to the amplitude, for contact elements with their own
+/// friction laws. For such elements, [`WorkBetweenEnds`] accounts for the motion beside the line and for additional
 /// reversals next to an end of the motion. The line is fitted to the motion of all elements, not to their mean.
 ///
-/// Motions of bars that leave the line by a quarter dissipate within some percent of stepped cycles, whereas an orbit
-/// leaves it completely. If the joint wears, stepped cycles on half the grid measure the remaining error. The
-/// published joint with Rq 1 µm has a deviation of 0.33, and its stepped cycles took half an hour.
+/// If the motion of a bar leaves its line by a quarter, the dissipation agrees with stepped cycles within some percent.
+/// An orbit, by contrast, leaves the line completely. If the joint wears, stepped cycles on half the grid measure the
+/// remaining error. The published joint with Rq 1 µm has a deviation of 0.33, and its stepped cycles took half an hour.
 pub const STRAIGHT_WITH_LAWS: f64 = 0.4;
 /// Largest relative effect of the load variation on the work of friction for which a cycle between two reversals is
-/// corrected by [`WorkBetweenEnds`]. It applies to contact elements with their own friction laws.
+/// corrected by [`WorkBetweenEnds`]. The correction applies to contact elements with their own friction laws.
 pub const LARGEST_CORRECTION: f64 = 0.5;
 /// Remaining error of the correction, relative to the correction. Stepped cycles with local loads gave at most 0.34
 /// in five joints with little or no wear, and 0.36 and 0.26 in two joints that were worn flat.
@@ -191,7 +192,7 @@ impl Cycle {
     /// friction laws.
     ///
     /// # Errors
-    /// [`CycleError::NotStraight`] if `reversal` is requested but not possible, and [`CycleError::Opens`].
+    /// Returns [`CycleError::NotStraight`] if `reversal` is requested but not possible, and [`CycleError::Opens`].
     pub fn of_computed(
         &self,
         fine: &Motion,

@@ -138,7 +138,7 @@ impl Cycle {
     }
 }
 
-/// Writes `false` if there are no fields. This is the form of older runs.
+/// Writes `false` if the recipe has no fields of the cycle, as in the recipes of older runs.
 pub(super) fn serialize<S: Serializer>(
     fields: &Option<CycleFields>,
     to: S,

@@ -14,12 +14,12 @@ use crate::wear::Motion;
 pub struct Inputs {
     /// The recipe.
     pub recipe: Recipe,
-    /// The prescribed motion over a cycle. It has no axis if the scene prescribes none.
+    /// The prescribed motion over a cycle. The motion has no axis if the scene prescribes no motion.
     pub motion: Motion,
     /// Heights of a surface from a file, on the cells of the joint; `None` for other surfaces. The file is read once,
     /// so that the heights match the hash in the recipe.
     pub measured: Option<Arc<PreparedSurface>>,
-    /// Matrices of a structure from files; `None` for other structures. They match the hash in the recipe.
+    /// Matrices of a structure from files; `None` for other structures. The matrices match the hash in the recipe.
     pub imported: Option<Arc<ImportedStructure>>,
     /// Wear of the same scene on half the grid; `None` if the scene does not request this check, or if it has not run
     /// yet.

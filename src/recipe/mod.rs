@@ -1,9 +1,10 @@
 //! The recipe of a run: everything that the run will use, as plain data, with the reason for each choice.
 //!
-//! A scene is the input of the user. [`crate::scene::Plan`] converts it into a recipe, and all choices are made
-//! there. The functions that build objects from a recipe make no choices, and stages do not see the scene. All
-//! quantities are in SI units. Each part of the recipe has its own file, with the functions that build from it and
-//! with its texts for the user. Only that file distinguishes the kinds of its structures, surfaces or wear steps.
+//! A scene is the input of the user. [`crate::scene::Plan`] converts it into a recipe, and all choices are made there.
+//! The functions that build objects from a recipe make no choices, and stages do not see the scene. All quantities are
+//! in SI units. Each part of the recipe has its own file, with the functions that build from it and with its texts for
+//! the user. Only the file of a part distinguishes the kinds of the part, for example the kinds of structures, surfaces
+//! or wear steps.
 
 mod check;
 mod contact;
@@ -113,7 +114,8 @@ pub struct Output {
     pub curves_every: u64,
     /// True if the stiffness of the joint is computed in every iteration.
     pub stiffness: bool,
-    /// Cycles at which the run computes a forced response of the worn state. These responses do not drive the wear.
+    /// Cycles at which the run computes a forced response of the worn state. The forced responses of worn states do not
+    /// drive the wear.
     pub response_at: Vec<u64>,
     /// States of wear for which the run computes a separate resonance.
     #[serde(default)]

@@ -1,5 +1,5 @@
-//! Parts of a recipe. A stage declares the parts that it reads. It sees only these parts, and only they enter its
-//! key.
+//! Parts of a recipe. A stage declares the parts of the recipe that it reads. The stage sees only these parts, and the
+//! key of the stage includes only these parts.
 
 use serde_json::{Map, Value};
 

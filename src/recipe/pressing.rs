@@ -115,8 +115,8 @@ pub enum Preload {
         points: [String; 2],
         /// Direction from the first to the second point, along the axes of the structure.
         direction: [f64; 3],
-        /// True if the bolt is part of the structure. Its forces are then computed so that the pressure has the
-        /// requested load.
+        /// True if the bolt is part of the structure. The forces of such a bolt are computed so that the pressure has
+        /// the requested load.
         in_mesh: bool,
     },
 }
@@ -173,7 +173,7 @@ impl Contact {
     /// is given.
     ///
     /// # Errors
-    /// Errors of [`ReducedStructure::with_spring`].
+    /// Returns errors of [`ReducedStructure::with_spring`].
     pub fn with_bolt(&self, reduced: ReducedStructure) -> Result<ReducedStructure, StructureError> {
         let bolt = self.pressing.as_ref().map(|pressing| &pressing.preload);
         match (
@@ -208,8 +208,8 @@ impl Contact {
     /// highest point at `top` \[m\].
     ///
     /// # Errors
-    /// [`StructureError::MeshMismatch`] if the joint does not match the mesh and the material of the structure, and
-    /// errors of [`ReducedStructure::statics`].
+    /// Returns [`StructureError::MeshMismatch`] if the joint does not match the mesh and the material of the structure,
+    /// and errors of [`ReducedStructure::statics`].
     pub fn pressing(
         &self,
         structure_pressing: &StructurePressing,
@@ -276,8 +276,8 @@ impl Contact {
     }
 }
 
-/// Returns the ratio of the elastic energy of the structure to the energy of its mesh on half spaces. The forces are
-/// 1, −2 and 1 on three nodes in a row that have all their faces. These forces neither move nor rotate the bodies and
+/// Returns the ratio of the elastic energy of the structure to the energy of its mesh on half spaces. The forces are 1,
+/// −2 and 1 on three nodes in a row that have all their faces. The three forces neither move nor rotate the bodies and
 /// hardly bend them, whereas forces on two nodes would rotate a slender bar.
 fn ratio_to_mesh(
     elements: &ContactElements,

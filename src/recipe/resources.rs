@@ -16,18 +16,19 @@ const DOUBLE: f64 = 8.0;
 /// Memory of the program before it computes: code and tables, measured in a run without contact \[B\].
 const PROGRAM: f64 = 27.0 * 1024.0 * 1024.0;
 /// Number of matrices of the contact's degrees of freedom at the peak of a harmonic balance, without the Jacobians of
-/// its elements. Then the matrices of the structure and of its closed model, which remain allocated. Then the number
-/// of simultaneous sets of Jacobians.
+/// its elements.
 const RESPONSE: f64 = 8.0;
+/// Number of matrices of the contact's degrees of freedom that the structure and its closed model keep allocated.
 const MODEL: f64 = 3.0;
+/// Number of simultaneous sets of Jacobians in a harmonic balance.
 const SETS: f64 = 3.5;
 /// Size of the tables of an iteration with one row, or with one row per sample of the cycle \[B\].
 const TABLES: f64 = 40e3;
 /// Fields of one normal solve: the fields of the solver with its lists of cells, the worn heights, and the resulting
 /// gap.
 const NORMAL_SOLVE: f64 = 12.0;
-/// Part of the cells in contact, for the size of the arrays of a tangential solve. It is larger than in a rough
-/// joint.
+/// Part of the cells in contact, for the size of the arrays of a tangential solve. The assumed part is larger than the
+/// part in contact in a rough joint.
 const IN_CONTACT: f64 = 0.3;
 
 /// Resources of a run that follow from its recipe.

@@ -151,8 +151,7 @@ impl Recipe {
 }
 
 impl Response {
-    /// Returns the range of frequencies of the response in force \[Hz\]: the given frequency, or the range of the
-    /// resonance.
+    /// Returns the frequency range of the response \[Hz\]: the prescribed frequency, or the range of the resonance.
     pub fn frequencies_in_force(&self) -> Option<[f64; 2]> {
         self.at_frequency.map(|at| [at, at]).or(self.frequency)
     }

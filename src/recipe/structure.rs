@@ -301,8 +301,8 @@ impl Structure {
     /// reduction. `imported` contains the matrices of a structure that comes from files.
     ///
     /// # Errors
-    /// [`ImportError`] for a geometry that cannot be meshed, for matrices that do not describe a structure, and for
-    /// modes that are not found.
+    /// Returns [`ImportError`] for a geometry that cannot be meshed, for matrices that do not describe a structure, and
+    /// for modes that are not found.
     ///
     /// # Panics
     /// If the structure comes from files and its matrices are missing.
@@ -411,8 +411,9 @@ impl Structure {
         }
     }
 
-    /// Returns the ports of the vibration that are not contact ports, in their order: the ports of the loads and of
-    /// the response, each once. The mass of an oscillator is its contact port, unless it has no contact.
+    /// Returns the ports of the vibration that are not contact ports, in their order: the ports of the loads and of the
+    /// response, each once. An oscillator with a contact has no other ports, because the mass of the oscillator is the
+    /// contact port.
     pub fn points(&self, response: &Response, has_contact: bool) -> Vec<Port> {
         match &self.source {
             StructureSource::Oscillator { .. } if has_contact => Vec::new(),
@@ -439,7 +440,7 @@ impl Structure {
     /// oscillator. Modal damping of the stuck joint uses the `unworn` contact elements.
     ///
     /// # Errors
-    /// [`DynamicsError`] for invalid parameters of the vibration.
+    /// Returns [`DynamicsError`] for invalid parameters of the vibration.
     ///
     /// # Panics
     /// If the structure needs a reduction and `reduced` is missing.

@@ -1,8 +1,8 @@
 //! Paraboloid with capped pressure: an axisymmetric solution, dense and independent of the grid solvers.
 //!
-//! With 0 ≤ p ≤ p_max [A eq. 4.3] a plateau p = p_max of radius b lies inside the contact circle of radius a.
-//! The mixed problem in b < r < a has no closed form. This solution uses constant pressure on concentric
-//! rings. Each ring is the difference of two uniformly loaded discs, whose surface displacement is exact in
+//! With 0 ≤ p ≤ p_max [A eq. 4.3] a plateau p = p_max of radius b lies inside the contact circle of radius a. The mixed
+//! problem in b < r < a has no closed form. The axisymmetric solution uses a constant pressure on each of many
+//! concentric rings. Each ring is the difference of two uniformly loaded discs, whose surface displacement is exact in
 //! complete elliptic integrals (Johnson, Contact Mechanics, eq. 3.29). A primal-dual active set with a dense
 //! factorisation satisfies the bounds.
 
@@ -78,8 +78,8 @@ impl CappedHertz {
     /// Solves with `rings` rings over a disc somewhat larger than the contact.
     ///
     /// # Errors
-    /// [`ContactError::NotConverged`] if the active set keeps changing. Its error is the fraction of rings
-    /// that still change.
+    /// Returns [`ContactError::NotConverged`] if the active set keeps changing. The error value in `NotConverged` is
+    /// the fraction of rings that still change.
     pub fn solve(&self, rings: usize) -> Result<RingSolution, ContactError> {
         let elastic = super::Hertz {
             radius: self.radius,

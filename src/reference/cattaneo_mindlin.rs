@@ -87,9 +87,9 @@ impl CattaneoMindlin {
         self.friction_coefficient * (hertz.pressure(r) - within)
     }
 
-    /// Returns the slip along x of the point (x, y) under `force` on first loading \[m\]. It is 0 within the
-    /// stick circle and positive in the annulus. Outside the contact it is the relative motion of the two
-    /// free surfaces.
+    /// Returns the slip along x of the point (x, y) under `force` on first loading \[m\]. The slip is 0 within the
+    /// stick circle and positive in the annulus. Outside the contact, the slip is the relative motion of the two free
+    /// surfaces.
     ///
     /// Elliptical tractions displace the surface by Johnson's eq. 3.91, here summed over both bodies.
     pub fn slip(&self, force: f64, x: f64, y: f64) -> f64 {
@@ -139,8 +139,8 @@ impl CattaneoMindlin {
         self.force(amplitude) - 2.0 * self.force(0.5 * (amplitude - displacement))
     }
 
-    /// Returns the energy dissipated per cycle between ±`force`, at most ±µN \[J\]. It is the area of
-    /// Masing's loop, (9µ²N²/10aG*)·{1 − (1 − x)^{5/3} − (5x/6)(1 + (1 − x)^{2/3})}, x = T/µN (Johnson §7.4).
+    /// Returns the energy dissipated per cycle between ±`force`, at most ±µN \[J\]. This energy is the area of Masing's
+    /// loop, (9µ²N²/10aG*)·{1 − (1 − x)^{5/3} − (5x/6)(1 + (1 − x)^{2/3})}, x = T/µN (Johnson §7.4).
     pub fn energy_per_cycle_at_force(&self, force: f64) -> f64 {
         let sliding = self.sliding_force();
         let x = (force / sliding).min(1.0);
@@ -152,16 +152,16 @@ impl CattaneoMindlin {
             * bracket
     }
 
-    /// Returns the energy dissipated per cycle between displacements ±`amplitude` \[J\]. Beyond δₛ it grows
-    /// by 4µN(amplitude − δₛ).
+    /// Returns the energy dissipated per cycle between displacements ±`amplitude` \[J\]. Beyond δₛ, the energy grows by
+    /// 4µN(amplitude − δₛ).
     pub fn energy_per_cycle(&self, amplitude: f64) -> f64 {
         let gross = (amplitude - self.sliding_displacement()).max(0.0);
         self.energy_per_cycle_at_force(self.force(amplitude)) + 4.0 * self.sliding_force() * gross
     }
 
-    /// Returns the energy dissipated per cycle and area at (x, y) between ±`force` \[J/m²\]. It is 4µp times
-    /// the slip of first loading, because each of the two strokes slips twice as far (Masing's rule holds
-    /// pointwise here).
+    /// Returns the energy dissipated per cycle and area at (x, y) between ±`force` \[J/m²\]. This energy is 4µp times
+    /// the slip of first loading, because each of the two strokes slips twice as far (Masing's rule holds pointwise
+    /// here).
     pub fn energy_density(&self, force: f64, x: f64, y: f64) -> f64 {
         4.0 * self.friction_coefficient * self.hertz().pressure(x.hypot(y)) * self.slip(force, x, y)
     }

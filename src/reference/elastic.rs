@@ -1,6 +1,7 @@
 //! Elastic constants of two half spaces in contact, combined as in the closed forms.
 //!
-//! They are computed from shear moduli, while the solvers use Young's moduli, so that one checks the other.
+//! The closed forms compute the constants from shear moduli, and the solvers from Young's moduli. The two computations
+//! check each other.
 
 use crate::contact::{Elastic, Pair};
 

@@ -4,9 +4,9 @@ use std::f64::consts::PI;
 
 /// Spring of stiffness k in series with a slider of friction limit R, driven by u = U cos θ in steady state.
 ///
-/// The force on the branch down from the maximum is max(−R, kU cos θ − kU + R), and the other branch is its
-/// image. If the element sticks throughout, the force is kU cos θ. First harmonics: T. K. Caughey (J. Appl.
-/// Mech. 27, 1960, 640) for the bilinear element.
+/// The force on the branch down from the maximum is max(−R, kU cos θ − kU + R). The branch up from the minimum is the
+/// image of the branch down. If the element sticks throughout, the force is kU cos θ. First harmonics: T. K. Caughey
+/// (J. Appl. Mech. 27, 1960, 640) for the bilinear element.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Jenkins {
     /// Spring stiffness k \[N/m\].

@@ -2,9 +2,10 @@
 
 /// Spring of a Winkler bed with pressure p = k(δ − h₀ − h), which wears by dh/dn = α·4µs·p per cycle.
 ///
-/// 4µs·p is the energy per cycle and area under slip between ±s (two strokes of 2s each) [A eq. 2.6]. So this
-/// is the energy wear law without the coupling between cells, and it shows the order of a time-stepping
-/// scheme. It is valid while the spring stays in contact, which it does if it starts in contact.
+/// 4µs·p is the energy per cycle and area under slip between ±s (two strokes of 2s each) [A eq. 2.6]. This wear of a
+/// spring is therefore the energy wear law without the coupling between cells. The closed form shows the order of a
+/// time-stepping scheme. The closed form is valid while the spring stays in contact: a spring that starts in contact
+/// stays in contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WinklerWear {
     /// Pressure per displacement k \[Pa/m\].
@@ -28,14 +29,13 @@ impl WinklerWear {
         initial_pressure * (-cycles / self.decay_cycles()).exp()
     }
 
-    /// Returns the wear depth after `cycles` under a fixed approach \[m\]. It tends to the initial overlap
-    /// p₀/k.
+    /// Returns the wear depth after `cycles` under a fixed approach \[m\]. The depth tends to the initial overlap p₀/k.
     pub fn depth_at_fixed_approach(&self, initial_pressure: f64, cycles: f64) -> f64 {
         -initial_pressure / self.stiffness * (-cycles / self.decay_cycles()).exp_m1()
     }
 
-    /// Returns the pressure after `cycles` under a fixed load \[Pa\]. Its deviation from the bed's mean
-    /// pressure decays.
+    /// Returns the pressure after `cycles` under a fixed load \[Pa\]. The deviation of the pressure from the mean
+    /// pressure of the bed decays.
     pub fn pressure_at_fixed_load(
         &self,
         initial_pressure: f64,

@@ -6,9 +6,10 @@
 //!
 //! - The coarse grid has half the scene's cells along each side, between bounds. If that gives no coarser
 //!   grid, the scene itself is run; its counts are then exact if that run reaches its end.
-//! - The run ends after a fixed number of operations. So a plan prints the same numbers on every machine that
-//!   reaches them within [`TIME_LIMIT`]. Steps lengthen as wear proceeds. So the number of remaining steps is
-//!   at most the remaining cycles, or volume, over those of the last step.
+//! - The coarse run ends after a fixed number of operations. A plan therefore prints the same numbers on every machine
+//!   that finishes these operations within [`TIME_LIMIT`]. Wear steps lengthen as wear proceeds. The number of
+//!   remaining steps is therefore at most the remaining cycles, or volume, divided by the cycles, or volume, of the
+//!   last step.
 //! - The time of the contact scales with the operations of its transforms, all other time with the number of
 //!   iterations.
 //!
@@ -106,13 +107,13 @@ pub struct CoarseRun {
     pub whole: bool,
 }
 
-/// Cost of a run. Its numbers are the same on every machine, unless the coarse run reaches its time limit.
+/// Cost of a run. The numbers of the cost are the same on every machine, unless the coarse run reaches its time limit.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Cost {
     /// Numbers counted from the recipe.
     #[serde(flatten)]
     pub counted: ResourceEstimate,
-    /// Run on a coarser grid; `None` if there was none.
+    /// Run on a coarser grid; `None` if the rehearsal made no such run.
     pub coarse_run: Option<CoarseRun>,
     /// Reason why the estimates below are missing; `None` if they exist.
     pub not_known: Option<String>,

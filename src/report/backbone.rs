@@ -19,8 +19,8 @@ struct Branch {
 
 /// Returns the backbones of a table as one SVG, with one curve per branch.
 ///
-/// If all states belong to one run, the line styles grade from unworn to worn. Otherwise each state has the style of a
-/// run.
+/// If all states belong to one run, the line styles grade from unworn to worn. If the states belong to several runs,
+/// each state has its own line style, from the styles of runs.
 pub fn backbone_svg(table: &Backbone) -> String {
     let branches = branches(table);
     if let (Some(keys), Some(values)) = (&table.key, &table.value) {
@@ -108,7 +108,7 @@ fn branches(table: &Backbone) -> Vec<Branch> {
         let place = states.iter().position(|s| *s == state).unwrap_or(0);
         let key = (place, table.branch[row]);
         if last != Some(key) {
-            // Only the first branch of a state carries the name in the legend.
+            // Only the first branch of a state has the name of the state in the legend.
             let is_named = branches
                 .iter()
                 .any(|b| b.rows.iter().any(|r| table.state[*r] == state));

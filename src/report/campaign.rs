@@ -1,6 +1,7 @@
 //! Report on the runs of a campaign.
 //!
-//! It shows the final figures, bands over the cycles, the sensitivity of each figure to each key, and the failed runs.
+//! The report shows the final figures, bands over the cycles, the sensitivity of each figure to each key, and the
+//! failed runs.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -425,7 +426,7 @@ impl CampaignReport<'_> {
     /// or a pipe, no tables are written.
     ///
     /// # Errors
-    /// [`ReportError`]
+    /// Returns [`ReportError`].
     pub fn write(&self, named: Option<&Path>, folder: &Path) -> Result<Vec<PathBuf>, ReportError> {
         let page = named.map_or_else(|| folder.join("report.html"), Path::to_owned);
         let html = self.html();

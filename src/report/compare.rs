@@ -35,7 +35,8 @@ const FIGURES: [&str; 15] = [
     FFT_PAIRS,
 ];
 
-/// A cost, not a state: with [`Rows::Last`] the row shows the sum over all iterations, pruned ones too.
+/// Column of the FFT pairs, which are a cost and not a state. With [`Rows::Last`], the row of a run shows the sum of
+/// the FFT pairs over all its iterations, including pruned iterations.
 const FFT_PAIRS: &str = "fft_pairs";
 
 /// First characters that make a spreadsheet read a CSV field as a formula.
@@ -118,9 +119,10 @@ pub struct Comparison {
 /// lists the damage. [`Comparison::passed_over`] lists the skipped folders, which are not readable runs.
 ///
 /// # Errors
-/// [`ReportError::NoReadableRun`] if none of several folders is a run. [`ReportError::Run`] for a folder that is not a
-/// readable run and [`ReportError::Empty`] for a run without an iteration, if the path is the only one, if nothing
-/// exists at that path, or if the system denies reading it. [`ReportError::Scan`] if the table library fails.
+/// Returns [`ReportError::NoReadableRun`] if none of several folders is a run. Returns [`ReportError::Run`] for a
+/// folder that is not a readable run, and [`ReportError::Empty`] for a run without an iteration. `Run` and `Empty`
+/// occur only if the folder is the only path, if nothing exists at the path, or if the system denies reading it.
+/// Returns [`ReportError::Scan`] if the table library fails.
 pub fn compare(runs: &[PathBuf], rows: Rows) -> Result<Comparison, ReportError> {
     let mut scan = Scan::new(TableName::Summary);
     let (mut states, mut damage) = (Vec::new(), Vec::new());
@@ -294,7 +296,7 @@ impl Comparison {
     /// an existing file.
     ///
     /// # Errors
-    /// [`ReportError::Table`], [`ReportError::Io`].
+    /// Returns [`ReportError::Table`], [`ReportError::Io`].
     pub fn write_parquet(&self, path: &Path) -> Result<(), ReportError> {
         let columns: serde_json::Map<_, _> = self
             .columns
@@ -354,7 +356,7 @@ impl Comparison {
     /// file.
     ///
     /// # Errors
-    /// [`ReportError::Io`].
+    /// Returns [`ReportError::Io`].
     pub fn write_csv(&self, path: &Path) -> Result<(), ReportError> {
         let written = self.csv().and_then(|bytes| output::write(path, &bytes));
         written.map(drop).map_err(io_error(path))

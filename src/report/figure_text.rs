@@ -35,7 +35,7 @@ impl CharacteristicSizes {
         }
     }
 
-    /// Returns the bound of rounding errors of a column of the summary, in its unit. It is 0 for columns without
+    /// Returns the bound of rounding errors of a column of the summary, in its unit. The bound is 0 for columns without
     /// cancellation.
     pub fn resolution(&self, column: &str, unit: &str) -> f64 {
         rounding_bound(match (column, unit) {
@@ -55,9 +55,9 @@ const NOTHING: std::ops::Range<f64> = 1.0..1.002;
 
 /// Returns an upper bound of the magnitude of a figure that is only known by such a bound.
 ///
-/// This holds if the figure is below the bound of rounding errors, or if its error bar exceeds 1.
-/// Returns `None` for 0, for a known figure, and for one whose bar is 1, which is unknown.
-/// `bar` is relative, `resolution` is in the unit of the figure.
+/// A figure is only known by a bound if it is below the bound of rounding errors, or if its error bar exceeds 1.
+/// Returns `None` for 0, for a known figure, and for an unknown figure, whose bar is 1. `bar` is relative, `resolution`
+/// is in the unit of the figure.
 pub fn upper_bound(value: f64, bar: f64, resolution: f64) -> Option<f64> {
     let size = value.abs();
     if size == 0.0 {

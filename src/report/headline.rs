@@ -22,7 +22,7 @@ const DIGITS: usize = 3;
 /// Returns the headline of a run, or `None` for a run without figures.
 ///
 /// # Errors
-/// [`ReportError`] for a table that cannot be read.
+/// Returns [`ReportError`] for a table that cannot be read.
 pub fn headline(study: &ReportedRuns, run: &ReportedRun) -> Result<Option<String>, ReportError> {
     let vibration = vibration(study, run)?;
     let stiffness = || course(study, run, "kn", "normal stiffness", STIFFNESS, true);
@@ -113,9 +113,9 @@ fn unworn_contact(study: &ReportedRuns, run: &ReportedRun) -> Option<String> {
 
 /// Describes the change of the resonance and of its amplitude.
 ///
-/// If the last state has its own response, both come from the first and last such responses. Otherwise they come from
-/// the vibration that drives the wear. The summary of that vibration contains the largest amplitude, not the amplitude
-/// at the phase resonance.
+/// If the last state has its own response, the resonance and its amplitude come from the first and last such responses.
+/// If the last state has no response of its own, both values come from the vibration that drives the wear. The summary
+/// of that vibration contains the largest amplitude, not the amplitude at the phase resonance.
 fn vibration(study: &ReportedRuns, run: &ReportedRun) -> Result<Vec<String>, ReportError> {
     let state_ends = state_resonances(run)?;
     let state_ends = state_ends.filter(|[.., last]| last.wear_iteration == run.tables.latest());
@@ -179,7 +179,7 @@ pub struct Resonance {
 /// Reads the phase resonances of the first and of the last state that has its own response.
 ///
 /// # Errors
-/// [`ReportError`] for a table that cannot be read.
+/// Returns [`ReportError`] for a table that cannot be read.
 pub fn state_resonances(run: &ReportedRun) -> Result<Option<[Resonance; 2]>, ReportError> {
     let states = run.iterations_with(TableName::WornResponse, 2);
     let read = |k: u64| -> Result<Option<Resonance>, ReportError> {

@@ -1,7 +1,6 @@
 //! Reports on finished and running runs.
 //!
-//! Modules that read the tables of many iterations at once need the feature `polars`. Only this folder names that
-//! feature.
+//! Modules that read the tables of many iterations at once need the feature `polars`.
 
 #[cfg(feature = "polars")]
 mod backbone;

@@ -14,9 +14,9 @@ use crate::store::{FileSystem, RealFileSystem};
 /// device, a pipe or a socket is written directly.
 ///
 /// # Errors
-/// Errors of the system. A regular file then keeps its former content.
+/// Returns errors of the system. A regular file then keeps its former content.
 pub fn write(path: &Path, bytes: &[u8]) -> io::Result<Option<PathBuf>> {
-    // Opening changes nothing yet. It fails for folders and for write-protected files.
+    // Opening the file for writing changes nothing yet. Opening fails for folders and for write-protected files.
     let target = match File::options().write(true).open(path) {
         Ok(mut device) if !device.metadata()?.is_file() => {
             device.write_all(bytes)?;
@@ -44,7 +44,7 @@ pub fn write(path: &Path, bytes: &[u8]) -> io::Result<Option<PathBuf>> {
 /// A regular file keeps its permissions. A symbolic link is replaced, because the folder may come from a stranger.
 ///
 /// # Errors
-/// Errors of the system. The former file is then still there.
+/// Returns errors of the system. The former file is then still there.
 pub fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let draft = folder_of(path).join(format!(".{name}.{}.new", std::process::id()));

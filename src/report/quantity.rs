@@ -21,7 +21,7 @@ impl Unit {
         if value == 0.0 || !value.is_finite() {
             return four_digits(value);
         }
-        // The exponent of the rounded value: 9.996 rounds to one digit more.
+        // The exponent is taken from the rounded value, because 9.996 rounds to 10.0 with one digit more.
         let text = format!("{:.*e}", significant - 1, value.abs());
         let exponent = text
             .split_once('e')
@@ -61,7 +61,7 @@ pub const ENERGY: Units = &[
 ];
 /// Area.
 pub const AREA: Units = &[unit("mm²", 1e-6)];
-/// Worn volume. It has a single unit, because µm³ and mm³ are too far apart to compare by eye.
+/// Worn volume. The worn volume has a single unit, because µm³ and mm³ are too far apart to compare by eye.
 pub const VOLUME: Units = &[unit("mm³", 1e-9)];
 /// Worn volume per cycle.
 pub const VOLUME_RATE: Units = &[unit("µm³ per cycle", 1e-18), unit("mm³ per cycle", 1e-9)];
@@ -116,7 +116,7 @@ pub fn significant_digits(value: f64, significant: i32) -> String {
     if value == 0.0 {
         return "0".to_owned();
     }
-    // The exponent of the rounded value: 9.9996 rounds to one digit more.
+    // The exponent is taken from the rounded value, because 9.9996 rounds to 10.00 with one digit more.
     let text = format!("{:.*e}", (significant - 1) as usize, value.abs());
     let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
     let exponent: i32 = exponent.parse().unwrap_or(0);

@@ -14,8 +14,8 @@ use crate::tables::{Table, TableName};
 
 /// Reader of a run, which another process may still compute.
 ///
-/// It includes the iterations up to the first one whose chain of commits does not verify. [`RunTables::damage`] lists
-/// the damage.
+/// The reader includes the iterations up to the first iteration whose chain of commits does not verify.
+/// [`RunTables::damage`] lists the damage.
 pub struct RunTables {
     reader: RunReader,
     name: String,
@@ -28,8 +28,8 @@ impl RunTables {
     /// Opens the run in a folder.
     ///
     /// # Errors
-    /// [`ReportError::Run`] for a folder that is not a readable run, [`ReportError::Empty`] for a run without an
-    /// iteration.
+    /// Returns [`ReportError::Run`] for a folder that is not a readable run, [`ReportError::Empty`] for a run without
+    /// an iteration.
     pub fn open(root: &Path) -> Result<RunTables, ReportError> {
         let reader = open(root)?;
         let of_run = |source| ReportError::Run {
@@ -50,8 +50,9 @@ impl RunTables {
     /// Opens the runs among several folders (as from `runs/*`), and returns the skipped folders.
     ///
     /// # Errors
-    /// [`ReportError::NoReadableRun`] if none of several folders is a run. Errors of [`RunTables::open`] if the path is the
-    /// only one, if nothing exists at that path, or if the system denies reading it.
+    /// Returns [`ReportError::NoReadableRun`] if none of several folders is a run. Returns the errors of
+    /// [`RunTables::open`] if the folder is the only path, if nothing exists at the path, or if the system denies
+    /// reading it.
     pub fn open_all(
         roots: &[PathBuf],
     ) -> Result<(Vec<RunTables>, Vec<SkippedFolder>), ReportError> {
@@ -98,7 +99,7 @@ impl RunTables {
         damage_of(&self.reader)
     }
 
-    /// Returns the stored iterations that verify, ascending. There is at least one.
+    /// Returns the stored iterations that verify, ascending. A run has at least one such iteration.
     pub fn iterations(&self) -> &[u64] {
         &self.iterations
     }
@@ -114,7 +115,7 @@ impl RunTables {
     /// one row per iteration includes pruned iterations.
     ///
     /// # Errors
-    /// [`ReportError::Run`] for a table that cannot be read (or was damaged since the run was opened),
+    /// Returns [`ReportError::Run`] for a table that cannot be read (or was damaged since the run was opened),
     /// [`ReportError::Scan`] if the table library fails.
     pub fn series(&self, table: TableName) -> Result<Option<DataFrame>, ReportError> {
         let mut scan = Scan::new(table);
@@ -128,7 +129,7 @@ impl RunTables {
         for name in [RUN_INDEX, RUN] {
             frame.drop_in_place(name).map_err(failed)?;
         }
-        // The frame has all columns of the schema. Those of absent physics are null.
+        // The frame has all columns of the schema. The columns of absent physics are null.
         let absent: Vec<PlSmallStr> = frame
             .get_columns()
             .iter()
@@ -141,7 +142,7 @@ impl RunTables {
     /// Reads the history of the run: the rows and costs of all iterations.
     ///
     /// # Errors
-    /// [`ReportError::Run`] for a table that cannot be read.
+    /// Returns [`ReportError::Run`] for a table that cannot be read.
     pub fn history(&self) -> Result<History, ReportError> {
         let history = self.reader.history();
         history.map_err(|source| self.run_error(source))
@@ -150,7 +151,7 @@ impl RunTables {
     /// Reads a table of one iteration. Returns `None` if the iteration does not have it.
     ///
     /// # Errors
-    /// [`ReportError::Run`] for an iteration that does not exist and for a table that cannot be read.
+    /// Returns [`ReportError::Run`] for an iteration that does not exist and for a table that cannot be read.
     pub fn iteration_table(
         &self,
         wear_iteration: u64,
@@ -166,7 +167,7 @@ impl RunTables {
     /// Reads a table that a run stores once. Returns `None` if the run does not have it.
     ///
     /// # Errors
-    /// [`ReportError::Run`] for a table that cannot be read.
+    /// Returns [`ReportError::Run`] for a table that cannot be read.
     pub fn run_table(&self, table: TableName) -> Result<Option<DataFrame>, ReportError> {
         match self.reader.read_once(table) {
             Ok(rows) => rows.map(|rows| self.frame(table, &rows)).transpose(),

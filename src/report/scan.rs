@@ -12,7 +12,7 @@ use crate::tables::{self, ColumnSchema, ColumnType, Nullable, Table, TableName};
 pub const RUN: &str = "run";
 /// Column with the number of the iteration.
 pub const WEAR_ITERATION: &str = "wear_iteration";
-/// Column with the index of the run in the scan, from 0. It distinguishes two runs with the same name.
+/// Column with the index of the run in the scan, from 0. The index distinguishes two runs with the same name.
 pub const RUN_INDEX: &str = "order";
 
 /// Rows of a table, each with its run and its iteration.
@@ -40,8 +40,8 @@ impl Scan {
     /// (such as `timing`) is skipped.
     ///
     /// # Errors
-    /// [`ReportError::Run`] for a table that cannot be read (for example because it was damaged since the run was
-    /// opened), [`ReportError::Scan`] if the table library fails.
+    /// Returns [`ReportError::Run`] for a table that cannot be read (for example because it was damaged since the run
+    /// was opened), [`ReportError::Scan`] if the table library fails.
     pub fn add(&mut self, order: usize, name: &str, reader: &RunReader) -> Result<(), ReportError> {
         let run = reader.path();
         let run_error = |source| ReportError::Run {
@@ -133,7 +133,7 @@ impl Scan {
     /// Rows are sorted by run, in the order of [`Scan::add`], then by iteration. Columns that a run lacks are null.
     ///
     /// # Errors
-    /// Errors of the table library.
+    /// Returns errors of the table library.
     pub fn lazy_frame(&self) -> PolarsResult<LazyFrame> {
         let mut frames: Vec<LazyFrame> = self.frames.iter().map(|f| f.clone().lazy()).collect();
         if frames.is_empty() {
@@ -166,7 +166,7 @@ impl Scan {
     }
 }
 
-/// Concatenates a column of all tables. It is null where a table lacks it.
+/// Concatenates a column of all tables. The rows of a table without the column are null.
 fn concatenated_column(schema: &ColumnSchema, tables: &[(u64, Table)]) -> PolarsResult<Column> {
     let name = schema.name.as_str();
     let kind = data_type(schema.kind);

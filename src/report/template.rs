@@ -25,8 +25,8 @@ pub struct Section {
 pub struct Warning {
     /// Text of the warning.
     pub text: String,
-    /// Anchors of the figures and sections that the warning concerns. The page shows the warning at the first anchor
-    /// that it has, or on top if it has none.
+    /// Anchors of the figures and sections that the warning concerns. The page shows the warning at the first of these
+    /// anchors on the page, or on top if the page has none of the anchors.
     pub places: &'static [&'static str],
 }
 
@@ -34,7 +34,8 @@ pub struct Warning {
 pub enum Part<'a> {
     /// A section.
     Section(&'a Section),
-    /// Figures under one heading. Their anchors have the prefix `fig-`. Their numbers run through the page.
+    /// Figures under one heading. The anchors of figures have the prefix `fig-`. The figures of a page are numbered
+    /// consecutively.
     Figures {
         /// Anchor of the group.
         id: &'static str,

@@ -57,13 +57,13 @@ pub fn cell(markdown: &str) -> String {
 /// Returns a folder as one word of a command, quoted for the shell.
 pub fn shell_word(root: &Path) -> String {
     let mut folder = root.display().to_string();
-    // The shell command would read it as an option.
+    // The shell command would read a folder that begins with `-` as an option.
     if folder.starts_with('-') {
         folder.insert_str(0, "./");
     }
     match shlex::try_quote(&folder) {
         Ok(word) => word.into_owned(),
-        // Only a zero byte cannot be quoted, and no path contains one.
+        // The quoting fails only on a zero byte, and no path contains a zero byte.
         Err(_) => folder,
     }
 }

@@ -40,7 +40,7 @@ pub struct SceneError {
     pub place: Place,
     /// The fault, boxed to keep results small.
     pub problem: Box<Problem>,
-    /// Further faults of the scene, in the order of their lines. Their own `also` is empty.
+    /// Further faults of the scene, in the order of their lines. Each further fault has an empty `also`.
     pub also: Vec<SceneError>,
 }
 

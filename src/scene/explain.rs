@@ -108,7 +108,7 @@ pub struct SectionAbout {
     pub section: String,
     /// Meaning of the section.
     pub meaning: String,
-    /// Its keys, including keys of tables in it.
+    /// Keys of the section, including the keys of tables in the section.
     pub keys: Vec<KeyDescription>,
 }
 

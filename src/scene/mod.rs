@@ -120,9 +120,11 @@ pub struct Contact {
     pub conditions: Option<Conditions>,
     /// The points where the preload acts, if they are given.
     pub preload: Option<Preload>,
-    /// The bolt whose compliance follows from its dimensions. Its clamped parts have the modulus of the lower body.
+    /// The bolt whose compliance follows from its dimensions. The parts that the bolt clamps have the modulus of the
+    /// lower body.
     pub bolt: Option<BoltedJoint>,
-    /// How the bodies of a structure press each other, if both ways are possible. A punch without a structure.
+    /// How the bodies of a structure press each other, if both ways are possible. A scene without a structure has
+    /// punches.
     pub pressed_by: Pressing,
     /// Stiffness that the contact elements of a structure get.
     pub elements: ElementStiffness,

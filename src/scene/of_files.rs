@@ -19,7 +19,7 @@ impl Scene {
             .collect();
         table.insert("structure".to_owned(), structure.into());
         if let Some(joint) = table.get_mut("joint").and_then(Value::as_table_mut) {
-            // Both follow from the files.
+            // The files define the contact elements and the hole of the joint.
             joint.remove("elements");
             joint.remove("hole");
         }

@@ -7,7 +7,7 @@ use serde_json::{Map, Value, json};
 use super::keys;
 use crate::json;
 
-/// Sections that are null if none of their keys was read.
+/// The record contains null for each of these sections if the program read no key of the section.
 const OPTIONAL: [&str; 9] = [
     "contact",
     "dynamics",
@@ -20,8 +20,8 @@ const OPTIONAL: [&str; 9] = [
     "wear",
 ];
 
-/// Keys of the resonator that follow from other sections. They are recorded so that `structure` is complete, but they
-/// do not count as differences of their own.
+/// Keys of the resonator that follow from other sections. The record contains these keys so that `structure` is
+/// complete. A comparison of scenes does not count these keys as separate differences.
 pub const FOLLOWING_KEYS: [&str; 5] = [
     "structure.lap_length",
     "structure.arm_height",

@@ -20,10 +20,12 @@ use crate::tables::TableName;
 use crate::wear::cycle::March;
 use crate::wear::implicit::EndCycle;
 
-/// Tolerance of force and energy, relative to the larger value. Below it, the laws are not changed.
+/// Tolerance of force and energy, relative to the larger value. The stage does not change the laws if the difference is
+/// below this tolerance.
 const TOLERANCE: f64 = 0.01;
-/// Tolerance of the loads at the ends of the motion, per element, weighted by the work of friction. It is looser than
-/// [`TOLERANCE`]: loads vary by only 10 to 20 %, so they change only part of the work of friction.
+/// Tolerance of the loads at the ends of the motion, per element, weighted by the work of friction. The tolerance of
+/// the loads is looser than [`TOLERANCE`]: loads vary by only 10 to 20 %, so the loads change only part of the work of
+/// friction.
 const AGREED_LOADS: f64 = 0.02;
 /// Another round follows only if a round reduces the difference by at least this factor.
 const LEAST_REDUCTION: f64 = 0.7;
@@ -59,14 +61,16 @@ pub struct AgreedResponse<'a> {
     pub resolved: ResolvedResonance<'a>,
     /// Parameters of the contact elements.
     pub parameters: ElementParameters,
-    /// Energy of a stepped cycle over the energy of a reversal cycle. It corrects the friction of the elements.
+    /// Energy of a stepped cycle over the energy of a reversal cycle. This energy ratio corrects the friction of the
+    /// elements.
     pub stepped_part: f64,
 }
 
 /// Comparison of the fine contact and the elements between the ends of a response, under the loads at rest, and of
 /// the variation of the loads.
 struct BetweenEnds {
-    /// Largest difference from the elements in force, energy and loads, relative to the tolerance of each.
+    /// Largest difference of force, energy and loads between the fine contact and the elements, relative to the
+    /// tolerance of each.
     gap: f64,
     /// Loads of the fine contact at the ends of the motion, if they exceed their tolerance.
     loads: Option<EndLoads>,
@@ -324,7 +328,7 @@ fn compare_stepped(
 }
 
 /// Returns the loads of the fine contact at each element where the element approaches most and where it opens most.
-/// Both are searched among some instants of the `displacement`.
+/// The search for both loads covers only [`INSTANTS`] instants of the `displacement`.
 fn extreme_loads(
     reads: &StageInputs,
     solvers: &mut Solvers,
@@ -445,8 +449,8 @@ fn compare_between_ends(
     let elements = solvers.elements(reads)?;
     let fields = work.approach.each_ref();
     let fields = fields.map(|of_elements| nodal_field(&elements, of_elements));
-    // Both cycles use the loads at rest. The effect of varying loads on force and work does not belong to the laws
-    // along the joint.
+    // The cycles of the fine contact and of the elements both use the loads at rest. The effect of varying loads on
+    // force and work does not belong to the laws along the joint.
     let (fine, _) = solvers.timed(reads, None, |joint| {
         let cycle = joint.cycle(wear, contact, start)?;
         let stepped_part = motion.stepped_part();

@@ -168,8 +168,8 @@ pub(super) fn at_iteration<T>(
     let stage = &forced_response::DECLARATION;
     let mut runner = Runner::new(inputs, threads, observer);
     runner.load_once(reader)?;
-    // A later stage may have overwritten a table. Only pressure and gap matter here, and they are the same in both
-    // versions.
+    // A later stage may have overwritten a table. The forced response needs only pressure and gap, which are the same
+    // in both versions of the table.
     let commit = reader.commit_of(wear_iteration)?;
     let table_names = stage.reads.iter().copied();
     let stored_names = table_names.filter(|name| commit.table(name.as_str()).is_some());

@@ -52,8 +52,8 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
     let mut outputs = Outputs::default();
     let patch = solvers.joint(reads)?.patch.clone();
     let Some(field) = reads.optional_previous_table::<typed::CoarseField>()? else {
-        // Both trajectories start from the same state. This also holds for a run that continues one without a coarse
-        // trajectory.
+        // The fine and the coarse trajectory start from the same state, even if the run continues a run without a
+        // coarse trajectory.
         let run_state = run_state(reads, &patch)?;
         outputs.add_table(&field_of(&patch, &run_state, &run_state))?;
         let zero = contact_of(&reads.recipe).stiffness.then_some(0.0);
@@ -97,7 +97,8 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
     let worn = match worn {
         Ok(worn) => worn,
         Err(error) => {
-            // The run continues. Its error estimates then contain only the errors of single steps.
+            // The run continues after a failed coarse step. The error estimates of the run then contain only the errors
+            // of single steps.
             outputs.notice(format!(
                 "the coarse trajectory restarts here, so that the error bars omit the growth of earlier errors: {error}"
             ));

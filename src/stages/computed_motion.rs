@@ -29,8 +29,8 @@ pub struct ElementMotion {
     parameters: ElementParameters,
     /// Change since the previous response; `None` for a motion that is not extrapolated.
     trend: Option<Trend>,
-    /// Energy of a stepped cycle over the energy of a reversal cycle. It corrects the friction of the elements and of
-    /// the fine contact.
+    /// Energy of a stepped cycle over the energy of a reversal cycle. This energy ratio corrects the friction of the
+    /// elements and of the fine contact.
     stepped_part: f64,
 }
 
@@ -63,8 +63,8 @@ impl ElementMotion {
         Ok(Self::from(tables, row, update))
     }
 
-    /// Returns the energy of a stepped cycle over the energy of a reversal cycle. It corrects the friction of the
-    /// elements and of the fine contact.
+    /// Returns the energy of a stepped cycle over the energy of a reversal cycle. This energy ratio corrects the
+    /// friction of the elements and of the fine contact.
     pub fn stepped_part(&self) -> f64 {
         self.stepped_part
     }
@@ -291,9 +291,9 @@ impl ComputedMotion {
         self.trend.as_ref().map_or(0.0, |trend| trend.compliance[1])
     }
 
-    /// Returns the motion of the fine contact for these coefficients, at many samples. It consists of the
-    /// displacement of the elements, averaged over the area, and of the variation of the load. The mean of this
-    /// variation is omitted, since the bolt bears the mean load under prescribed displacement.
+    /// Returns the motion of the fine contact for these coefficients, at many samples. The motion consists of the
+    /// displacement of the elements, averaged over the area, and of the variation of the load. The motion omits the
+    /// mean of the load variation, since the bolt bears the mean load under prescribed displacement.
     fn fine_motion(
         &self,
         coefficients: &[f64],
@@ -385,7 +385,7 @@ impl ComputedMotion {
             }
         };
         let mut cache = self.cache.borrow_mut();
-        // The first entry is the motion of the response. The other entries belong to the present step.
+        // The first cache entry is the motion of the response. The other cache entries belong to the present step.
         if cache.len() == CACHE_SIZE {
             cache.remove(1);
         }

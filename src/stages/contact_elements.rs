@@ -37,7 +37,8 @@ pub fn springs<'a>(
     }
 }
 
-/// Returns true if the elements start from tangent springs. This includes elements with several sliders.
+/// Returns true if the elements start from tangent springs. Elements with several sliders also start from tangent
+/// springs.
 fn begins_with_tangents(recipe: &Recipe) -> bool {
     let elements = recipe.elements();
     elements

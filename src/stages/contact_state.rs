@@ -177,7 +177,7 @@ pub struct StaticState {
     pub wear: Vec<f64>,
     /// Contact under the static load.
     pub contact: NormalSolution,
-    /// Initial shear \[Pa\]; empty if there is none.
+    /// Initial shear \[Pa\]; empty if the contact has no initial shear.
     pub start: ByAxis<Vec<f64>>,
 }
 

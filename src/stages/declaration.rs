@@ -29,7 +29,7 @@ pub struct Declaration {
     pub is_due: fn(&IterationSchedule) -> bool,
     /// True if runs share the tables of this stage.
     pub shared: bool,
-    /// Computes the tables. Neither the function nor the solvers keep any state of a run.
+    /// Computes the tables. The function `compute` and the solvers keep no state of a run.
     pub compute: fn(&StageInputs, &mut Solvers) -> Result<Outputs, RunError>,
 }
 

@@ -1,4 +1,4 @@
-//! The steady response of the structure with the contact elements in force.
+//! The steady response of the structure with the current contact elements.
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -28,8 +28,8 @@ use crate::recipe::Layout;
 use crate::recipe::{Part, Recipe};
 use crate::tables::{TableName, typed};
 
-/// The steady vibration at resonance, [A eq. 2.1–2.2], or at a given frequency. It is computed after an update of the
-/// contact elements. Otherwise the response of the previous iteration is copied.
+/// The steady vibration at resonance, [A eq. 2.1–2.2], or at a given frequency. The stage computes a new response after
+/// an update of the contact elements. Without an update, the stage copies the response of the previous iteration.
 pub const DECLARATION: Declaration = Declaration {
     stage: Stage::DynamicResponse,
     when: When::Always,
@@ -67,7 +67,7 @@ const LARGEST_CORRECTION: f64 = 0.1;
 /// Relative change of the resonance that marks an unknown change, so that all iterations have the same columns.
 pub(super) const UNKNOWN_CHANGE: f64 = 1.0;
 
-/// Tables of the response in force. Iterations without an update copy them.
+/// Tables of the current response. Iterations without an update copy these tables.
 const IN_FORCE: [TableName; 6] = [
     TableName::Response,
     TableName::DynamicResponse,
@@ -284,8 +284,8 @@ pub fn initial_guess(
     Ok((solved_harmonics, start))
 }
 
-/// Writes the tables of the response in force, and the tables of its contact if there is one. `before` is the
-/// previous response in force.
+/// Writes the tables of the current response, and the tables of the contact if the scene has a contact. `before` is the
+/// response that the current response replaces.
 fn put_in_force(
     reads: &StageInputs,
     resolved: &ResolvedResonance,
@@ -300,7 +300,7 @@ fn put_in_force(
     let has_contact = reads.recipe.elements().is_some();
     let layout = match has_contact {
         true => element_layout(reads),
-        // Springs alone are no contact. Their centres are set to the origin.
+        // A scene without a contact has only springs. The layout places the centres of these springs at the origin.
         false => Layout {
             centres: vec![[0.0; 2]; balance.elements().len()],
             ..Layout::default()
@@ -406,7 +406,8 @@ fn row(
     }
 }
 
-/// The response with the solved harmonics only. It is kept where the tables store the response with added harmonics.
+/// The response with the solved harmonics only. The stage keeps the solved response if the tables store the response
+/// with added harmonics.
 struct SolvedResponse {
     harmonics: Harmonics,
     /// Coefficients of the displacement \[m\]. Harmonics vary fastest, ports slowest.

@@ -51,7 +51,7 @@ pub enum RunError {
         /// The stages of the scene.
         stages: Vec<super::stage::Stage>,
     },
-    /// The observer ended the run before a stage. This is not a failure.
+    /// The observer ended the run before a stage, which is not a failure.
     #[error("the run was ended before {0}")]
     EndedBefore(super::stage::Stage),
     /// A table that a stage reads is missing.
@@ -125,7 +125,7 @@ pub enum RunError {
         /// The reason.
         reason: &'static str,
     },
-    /// The same scene has not been run on half the grid.
+    /// The stage needs a run of the same scene on half the grid, but no such run exists.
     #[error(
         "`fidelity.grid_check`: this stage cannot be computed alone, because it needs a run on half the grid; use `fretwear run`, which starts that run first"
     )]

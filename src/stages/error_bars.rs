@@ -18,7 +18,7 @@ pub(super) const UNKNOWN: f64 = 1.0;
 /// Reads a result from a summary.
 type Figure = fn(&Summary) -> Option<f64>;
 
-/// The response in force.
+/// The current response of the vibrating joint, with its last update.
 pub struct ResponseInForce {
     pub response: typed::DynamicResponse,
     pub update: typed::ModelUpdate,
@@ -189,9 +189,9 @@ pub fn error_bars(wear: &Wear, sources: &Sources, summary: &mut Summary) {
         Some((unworn, now)) if (unworn / now).is_finite() => (1.0 - unworn / now).abs(),
         _ => 1.0,
     };
-    // Error of a result by the error of the wear. It follows from the volume worn while the result changed, from the
-    // previous iteration to this one. An inherited iteration may lack the result. The error of the result itself is
-    // added below.
+    // Error of a result by the error of the wear. This error follows from the volume worn while the result changed,
+    // from the previous iteration to this iteration. An inherited iteration may lack the result. The callers add the
+    // error of the result itself.
     let by_wear = |figure: Figure, wears: f64, meanwhile: f64| {
         let now = figure(summary).unwrap_or(0.0);
         let earlier = before.and_then(|b| figure(&b.summary));
@@ -200,7 +200,8 @@ pub fn error_bars(wear: &Wear, sources: &Sources, summary: &mut Summary) {
     };
     let with_own_error =
         |figure: Figure, meanwhile: f64, own: f64| Some(by_wear(figure, 1.0, meanwhile) + own);
-    // Error of a contact result: from the coarse trajectory if there is one, otherwise from the wear as above.
+    // The error of a contact result follows from the coarse trajectory. In a run without a coarse trajectory, the error
+    // of a contact result follows from the error of the wear.
     let contact_error =
         |figure: Figure, wears: f64, difference: Option<f64>, own: f64| match difference {
             Some(difference) => Some(
@@ -217,7 +218,7 @@ pub fn error_bars(wear: &Wear, sources: &Sources, summary: &mut Summary) {
             0.0
         }
     };
-    // Neither a solve nor the coarse trajectory shows whether one more cell touches.
+    // Neither a contact solve nor the coarse trajectory shows whether one more cell touches.
     let undecided = part(cells.undecided + 1.0, cells.touching);
     let coarse_difference =
         |value: fn(&typed::CoarseStep) -> f64| coarse.map(|c| ERROR_PER_DIFFERENCE * value(c));
@@ -242,7 +243,7 @@ pub fn error_bars(wear: &Wear, sources: &Sources, summary: &mut Summary) {
     let mut vibration_errors = [None; 2];
     let mut resonance_change_error = None;
     if let Some(ResponseInForce { response, update }) = in_force {
-        // The response in force does not change between updates.
+        // The current response does not change between updates.
         let since = volume - last.map_or(0.0, |last| last.update.wear_volume);
         if update.updated {
             meanwhile = since;
@@ -318,9 +319,9 @@ pub fn error_bars(wear: &Wear, sources: &Sources, summary: &mut Summary) {
     *summary = bars;
 }
 
-/// Returns the truncation error of the change of the resonance between two responses \[Hz\]. If both responses have
-/// the same harmonics, this is twice the difference of their expected truncation errors. Otherwise it is the sum of
-/// both bounds.
+/// Returns the truncation error of the change of the resonance between two responses \[Hz\]. If both responses have the
+/// same harmonics, the error is twice the difference of their expected truncation errors. For other pairs of responses,
+/// the error is the sum of the bounds of both responses.
 fn truncation_of_change(
     now: &typed::DynamicResponse,
     unworn: Option<&typed::DynamicResponse>,
@@ -348,9 +349,9 @@ fn truncation_of_change(
 /// Safety factor on the difference of two estimates.
 const SAFETY_FACTOR: f64 = 2.0;
 
-/// Returns the relative error of the energy per cycle, without the error of the earlier wear. It contains the errors
-/// of the solves and samples, of the truncated harmonics of the vibration, and the difference from the friction
-/// energy of the contact elements.
+/// Returns the relative error of the energy per cycle, without the error of the earlier wear. The energy error contains
+/// the errors of the solves and samples, and of the truncated harmonics of the vibration. The energy error also
+/// contains the difference from the friction energy of the contact elements.
 pub(super) fn error_of_energy(
     cycle: &typed::FrettingCycle,
     in_force: Option<&ResponseInForce>,
@@ -380,10 +381,10 @@ fn estimate(wear: &Wear, sources: &Sources) -> f64 {
 /// Returns the error of the worn volume \[m³\] because the vibration is not computed anew on every surface.
 ///
 /// At each update, and at the end, the jump of the energy per cycle between the old and the new motion counts for all
-/// wear since the last update. This overestimates the error, since the old motion was exact at first. The gap between
-/// fine contact and contact elements after the update counts in the same way. Between updates, the error since the
-/// last update is at least the jump and the gap of that update. It is larger if the fine contact and the elements
-/// differ by more under the same motion.
+/// wear since the last update. The full jump overestimates the error, since the old motion was exact at first. The gap
+/// between fine contact and contact elements after the update counts in the same way. Between updates, the error since
+/// the last update is at least the jump and the gap of that update. The error since the last update is larger if the
+/// fine contact and the elements differ by more under the same motion.
 fn closure_error(sources: &Sources) -> f64 {
     let &Sources {
         before,

@@ -21,7 +21,7 @@ use crate::tables::typed;
 /// Exported vibrating joint, in SI units. Rows are ordered as follows: the ports x, y, n of each contact element (n
 /// positive where the joint opens), the ports of loads and response, then modes and pseudo-modes of the structure.
 pub struct ExportedContact {
-    /// Contact elements in force.
+    /// Current contact elements.
     pub table: ElementTable,
     /// Area of each element \[m²\]; 0 for an oscillator.
     pub areas: Vec<f64>,
@@ -38,11 +38,11 @@ pub struct ExportedContact {
     /// Harmonics of the response, and number of samples per cycle at which elements are evaluated.
     pub orders: Vec<u32>,
     pub samples: usize,
-    /// Frequency of the response in force \[Hz\].
+    /// Frequency of the current response \[Hz\].
     pub driven_at: f64,
     /// Range of the search for the response \[Hz\].
     pub range: [f64; 2],
-    /// Harmonic coefficients of the displacements x, y, n of all elements in the response in force, in the order of
+    /// Harmonic coefficients of the displacements x, y, n of all elements in the current response, in the order of
     /// [`ExportedContact::orders`] \[m\].
     pub displacement: Vec<f64>,
     /// The contact elements.
@@ -164,8 +164,8 @@ fn damping_springs(reads: &StageInputs) -> Result<Vec<[f64; 2]>, RunError> {
 const INSTANTS: usize = 256;
 
 impl ExportedContact {
-    /// Returns the displacement of an element over the response in force: x, y and n, with n positive where the
-    /// bodies approach \[m\].
+    /// Returns the displacement of an element over a cycle of the current response: x, y and n, with n positive where
+    /// the bodies approach \[m\].
     pub fn over_cycle(&self, element: usize) -> Vec<[f64; 3]> {
         let width = self.displacement.len() / (3 * self.elements.len());
         let rows = &self.displacement[3 * element * width..][..3 * width];
@@ -179,10 +179,10 @@ const HALVINGS: usize = 60;
 const LARGEST_STIFFNESS_RATIO: f64 = 1e6;
 
 impl ExportedContact {
-    /// Returns the same elements with a single slider each. The slider has the strength and the normal stiffness of
-    /// the sliders that bear load at rest. Its tangential stiffness is chosen so that it dissipates the energy of the
-    /// bank over the response in force, so the initial stiffness of the bank is not preserved. If no such slider
-    /// exists, it has the total stiffness of the bank.
+    /// Returns the same elements with a single slider each. The single slider has the strength and the normal stiffness
+    /// of the sliders that bear load at rest. The tangential stiffness is chosen so that the single slider dissipates
+    /// the energy of the bank over the current response. The single slider does not preserve the initial stiffness of
+    /// the bank. If no stiffness gives this energy, the single slider has the total stiffness of the bank.
     pub fn with_one_slider(&self) -> ElementTable {
         let elements = self.elements.iter().enumerate();
         let rows = elements.map(|(e, element)| {

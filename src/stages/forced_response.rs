@@ -1,5 +1,5 @@
-//! The response over the frequency range, which does not drive the wear. It is computed for the worn joint where the
-//! scene requests it.
+//! The forced response over the frequency range, which does not drive the wear. The stage computes the forced response
+//! of the worn joint if the scene requests this response.
 
 use super::RunError;
 use super::agreement::predicted_parameters;
@@ -116,8 +116,8 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
     Ok(outputs)
 }
 
-/// Returns the contact elements of a worn joint. After an update, these are the elements in force. Otherwise they
-/// follow from the fine contact under the motion in force.
+/// Returns the contact elements of a worn joint. After an update, the worn joint has the current contact elements.
+/// Without an update, the contact elements follow from the fine contact under the current motion.
 pub fn worn_elements(
     reads: &StageInputs,
     solvers: &mut Solvers,
@@ -146,8 +146,8 @@ pub fn worn_elements(
     }
 }
 
-/// Solves the worn joint from the response in force, and writes its resonance as a table. A lost resonance gives a
-/// notice and no table.
+/// Solves the worn joint, starting from the current response, and writes the resonance of the worn joint as a table. A
+/// lost resonance gives a notice and no table.
 fn worn_joint(
     reads: &StageInputs,
     solvers: &mut Solvers,
@@ -211,7 +211,7 @@ fn worn_joint(
     Ok((resolved.balance, phase))
 }
 
-/// Returns the table row of the response in force.
+/// Returns the current response as a row of the table of worn responses.
 fn row_in_force(row: &typed::DynamicResponse) -> typed::WornResponse {
     typed::WornResponse {
         resonance_frequency: row.resonance_frequency,

@@ -212,8 +212,8 @@ struct Check {
     stepped_part: f64,
     /// Worn volume at the last comparison \[m³\].
     volume: f64,
-    /// Relative error of the energy of the cycle that remains after the correction in the response in force; `None`
-    /// before the first comparison.
+    /// Relative error of the energy per cycle that remains after the correction in the current response; `None` before
+    /// the first comparison with a stepped cycle.
     error: Option<f64>,
 }
 
@@ -250,8 +250,8 @@ impl Check {
     }
 }
 
-/// Returns the force, displacement and energy of the contact elements under the motion of this iteration. They are
-/// the values of the response in force, scaled by the extrapolated change of the motion.
+/// Returns the force, displacement and energy of the contact elements under the motion of this iteration. The figures
+/// are the values of the current response, scaled by the extrapolated change of the motion.
 fn element_figures(
     reads: &StageInputs,
     computed: &ComputedMotion,

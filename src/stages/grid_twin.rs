@@ -1,4 +1,4 @@
-//! The twin of a run: the same scene on half the grid. It estimates the error of the worn volume due to the grid.
+//! The twin of a run: the same scene on half the grid. The twin estimates the error of the worn volume due to the grid.
 
 use std::sync::Arc;
 
@@ -92,8 +92,8 @@ pub fn with_twin(
     }))
 }
 
-/// Observer of the twin. It passes on the stages of the twin but not its progress, which could be mistaken for the
-/// progress of the run.
+/// Observer of the twin. This observer reports the stages of the twin but not its progress, which a user could mistake
+/// for the progress of the run.
 struct TwinObserver<'a>(&'a dyn Observer);
 
 impl Observer for TwinObserver<'_> {

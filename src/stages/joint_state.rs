@@ -9,7 +9,8 @@ use crate::tables::typed::{Summary, WornResponse};
 pub struct JointState {
     /// Number of wear steps up to this state.
     pub wear_iteration: u64,
-    /// Summary of the state. Its resonance and largest amplitude belong to the vibration that drives the wear.
+    /// Summary of the state. The resonance and the largest amplitude in the summary belong to the vibration that drives
+    /// the wear.
     pub summary: Summary,
     /// Forced response with the contact elements of this state.
     pub response: Option<WornResponse>,
@@ -75,15 +76,15 @@ fn row<T: TypedTable>(
 /// The unworn and the last state of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RunEnds {
-    /// The unworn joint; `None` if it is the last state.
+    /// The unworn joint; `None` if the unworn joint is the last state.
     pub unworn: Option<JointState>,
     /// The last state.
     pub now: JointState,
 }
 
 impl RunEnds {
-    /// Reads the unworn and the last state. They contain their own responses only if both have one, so that they can
-    /// be compared. Returns `None` for a run without an iteration.
+    /// Reads the unworn and the last state. The two states contain their forced responses only if each state has one,
+    /// so that a user can compare the responses. Returns `None` for a run without an iteration.
     ///
     /// # Errors
     /// Errors of reading the run.

@@ -22,15 +22,15 @@ const REPORTED_QUANTITIES: [&str; 3] = ["normal_load [N]", FORCE, ENERGY];
 /// Quantities that can make an update due.
 const ENERGY: &str = "dissipated_energy [J]";
 const FORCE: &str = "force_along_motion [N]";
-/// Resultant over all elements or cells. Sticking and slipping ones count equally.
+/// Resultant over all elements or cells. Sticking and slipping elements or cells count equally.
 const TOTAL_FORCE: &str = "total_force [N]";
 
-/// Cycles of the fine contact under the vibration in force.
+/// Cycles of the fine contact under the current vibration.
 #[derive(Debug, Clone, Copy)]
 pub struct Drift {
-    /// In the iteration of the last update.
+    /// Cycle in the iteration of the last update.
     pub at_update: CycleFigures,
-    /// In the iteration of the ledger, corrected to the motion of the last update: divided by the values of the
+    /// Cycle in the iteration of the ledger, corrected to the motion of the last update: divided by the values of the
     /// elements under the present motion and multiplied by their values at the update.
     pub now: CycleFigures,
 }

@@ -16,7 +16,8 @@ use crate::tables::{TableName, typed};
 use crate::wear::FrettingJoint;
 use crate::wear::implicit::{MiddleCycle, Step};
 
-/// The contact elements in force. They are updated when the update criterion requires it, [A §2e, §4d(i)].
+/// The current contact elements. The stage updates the contact elements when the update criterion requires an update,
+/// [A §2e, §4d(i)].
 pub const DECLARATION: Declaration = Declaration {
     stage: Stage::ModelUpdate,
     when: When::Always,

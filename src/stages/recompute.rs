@@ -22,9 +22,9 @@ pub struct Recomputed {
     pub same: BTreeMap<TableName, bool>,
 }
 
-/// Computes a stage of an iteration again. The iteration does not matter for a stage that runs once per run. Inputs
-/// are read from the commit. If a later stage has overwritten an input, the stage that first wrote it is computed
-/// again too.
+/// Computes a stage of an iteration again. The iteration does not matter for a stage that runs once per run.
+/// `recompute` reads the inputs from the commit. If a later stage has overwritten an input, `recompute` also repeats
+/// the stage that first wrote this input.
 ///
 /// # Errors
 /// [`RunError::NotInIteration`], [`RunError::WithoutTheOneBefore`], [`RunError::OfAnotherScene`], errors of reading

@@ -129,8 +129,8 @@ impl ReducedTables {
         Ok(())
     }
 
-    /// Checks that the tables describe one structure. There must be three ports per contact element and per point,
-    /// every mode at every port, and lower triangles of matrices with the matching number of rows.
+    /// Checks that the tables describe one structure. The tables must contain three ports per contact element and per
+    /// point, and every mode at every port. The matrices must be lower triangles with the matching number of rows.
     ///
     /// # Errors
     /// A sentence that states the mismatch.
@@ -227,7 +227,7 @@ impl ReducedTables {
         };
         ReducedStructure {
             ports: Ports {
-                // Only the reduction itself needs the combinations of the ports.
+                // Only the reduction of the structure needs the combinations of the ports.
                 combinations: vec![Vec::new(); count],
                 contacts,
                 points: port.point[3 * contacts..]

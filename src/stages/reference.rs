@@ -1,4 +1,4 @@
-//! The unworn joint under its load, once per run. It is the reference for all changes during the run.
+//! The unworn joint under its load, once per run. The unworn joint is the reference for all changes during the run.
 
 use super::RunError;
 use super::contact_elements::{linearise, springs};

@@ -110,8 +110,8 @@ pub fn warn_reduction(
     Ok(())
 }
 
-/// Warns if an update changes the amplitude strongly. There may be two steady responses, or the updates may be too
-/// far apart.
+/// Warns if an update changes the amplitude strongly. After a strong change, the joint may have two steady responses,
+/// or the updates may be too far apart.
 pub fn warn_jump(
     reads: &StageInputs,
     outputs: &mut Outputs,
@@ -132,7 +132,8 @@ pub fn warn_jump(
     }
 }
 
-/// Warns if the contact never closes in the response in force. Other motions in the frequency range may close it.
+/// Warns if the contact never closes in the current response. Other motions in the frequency range may close the
+/// contact.
 pub fn warn_open(outputs: &mut Outputs, elements: &[ContactElement], cycle: &JointCycle) {
     if cycle.force.iter().any(|force| force[2] != 0.0) {
         return;

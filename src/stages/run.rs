@@ -212,8 +212,8 @@ fn is_complete(
     Ok(is_sound && ReducedTables::damage(reader)?.is_none())
 }
 
-/// Returns true if the last iteration reaches the end of the scene. Its error bar may still exceed the requested
-/// tolerance.
+/// Returns true if the last iteration reaches the end of the scene. The error bar of the last iteration may still
+/// exceed the requested tolerance.
 fn is_done(store: &RunStore, inputs: &Inputs, observer: &dyn Observer) -> Result<bool, RunError> {
     let Some(latest) = store.latest() else {
         return Ok(false);

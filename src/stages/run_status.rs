@@ -30,8 +30,8 @@ pub struct RunStatus {
     pub done: bool,
     /// True if `wear.until.preload` ended the run.
     pub has_lost_preload: bool,
-    /// The next stage, or the stage that is running. It is the last stage while the iteration is committed, and
-    /// `None` after the run is done.
+    /// The next stage, or the stage that is running. While the run commits an iteration, `stage` is the last stage.
+    /// After the run is done, `stage` is `None`.
     pub stage: Option<Stage>,
     /// Finished stages of the next iteration.
     pub draft: Vec<Stage>,

@@ -421,8 +421,8 @@ impl<'a> Runner<'a> {
         Ok(outputs.tables)
     }
 
-    /// Returns the cost of everything computed after the first `rows` rows of the timing table. It is stored with the
-    /// results.
+    /// Returns the cost of everything computed after the first `rows` rows of the timing table. The runner stores this
+    /// cost with the results.
     fn cost_since(&self, rows: usize) -> Result<Table, RunError> {
         let cost = typed::Timing {
             stage: self.timing.stage[rows..].to_vec(),
@@ -445,9 +445,9 @@ impl<'a> Runner<'a> {
         Ok(())
     }
 
-    /// Reads the tables of an iteration that the stages of the next iteration read. They are read from the commit, so
-    /// that a continued run computes from exactly the same numbers as an uninterrupted run. An iteration inherited
-    /// from a run of another scene is balanced under the own scene first.
+    /// Reads the tables of an iteration that the stages of the next iteration read. The runner reads these tables from
+    /// the commit, so that a continued run computes from exactly the same numbers as an uninterrupted run. The runner
+    /// first balances an iteration inherited from a run of another scene under the scene of this run.
     pub fn previous_tables(
         &mut self,
         reader: &RunReader,

@@ -106,7 +106,7 @@ impl Solvers {
         costs
     }
 
-    /// Returns the rough joint. It is at rest unless the stage has set a motion.
+    /// Returns the rough joint. The rough joint is at rest unless the stage has set a motion.
     pub fn joint(&mut self, reads: &StageInputs) -> Result<&mut FrettingJoint, RunError> {
         if self.joint.is_none() {
             let Some(contact) = reads.recipe.contact() else {

@@ -28,7 +28,7 @@ pub enum Stage {
     ForcedResponse,
     /// Shear, slip and dissipation over a steady cycle.
     FrettingCycle,
-    /// The coarse trajectory. Its difference from the fine trajectory gives the error bars.
+    /// The coarse trajectory. The difference between the coarse and the fine trajectory gives the error bars.
     CoarseTrajectory,
     /// Comparison of the fine contact with the contact elements.
     Ledger,

@@ -69,9 +69,9 @@ impl Outputs {
 impl<'a> StageInputs<'a> {
     /// Collects the inputs of a stage.
     ///
-    /// `tables` holds the tables of the iteration, as the stages so far have written them, and the tables of the run.
-    /// `before` holds the tables of the previous iteration, if there is one. `unworn` holds one-row tables of the
-    /// first iteration.
+    /// `tables` contains the tables that the earlier stages of this iteration have written, and the tables of the run.
+    /// `before` contains the tables of the previous iteration, and is empty if no previous iteration exists. `unworn`
+    /// contains the one-row tables of the first iteration.
     pub fn new(
         declared: DeclaredInputs,
         inputs: &'a Inputs,
@@ -142,7 +142,7 @@ impl<'a> StageInputs<'a> {
         Ok(table.map(T::of).transpose()?)
     }
 
-    /// Returns the prescribed motion. It has no axis if the scene prescribes none.
+    /// Returns the prescribed motion. The motion has no axis if the scene prescribes no motion.
     pub fn motion(&self) -> &Motion {
         self.require_part(Part::Cycle);
         &self.inputs.motion

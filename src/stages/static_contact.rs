@@ -17,8 +17,8 @@ use crate::wear::FrettingJoint;
 use crate::wear::curves::{self, Curve};
 use crate::wear::indentation::{Friction, indent};
 
-/// The static contact of the worn surface, [A eq. 2.3–2.4], starting from the pressure that a wear step predicts. Its
-/// fields also hold the predicted shear, from which the cycle starts.
+/// The static contact of the worn surface, [A eq. 2.3–2.4], starting from the pressure that a wear step predicts. The
+/// fields of the static contact also contain the predicted shear, from which the cycle starts.
 pub const DECLARATION: Declaration = Declaration {
     stage: Stage::StaticContact,
     when: When::Always,

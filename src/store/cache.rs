@@ -36,7 +36,8 @@ impl Cache {
     /// reason.
     ///
     /// # Errors
-    /// [`StoreError::Io`] if a table exists but cannot be read, [`StoreError::Table`] if a file holds another table.
+    /// Returns [`StoreError::Io`] if a stored table cannot be read, and [`StoreError::Table`] if a file contains
+    /// another table.
     pub fn get(
         &self,
         tables: &[TableName],

@@ -36,7 +36,8 @@ pub struct OnceReport {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct VerifyReport {
     /// Damage of `run.json`, its copy, `scene.toml`, `plan.json`, `schemas.json` and `history.parquet`. The next start
-    /// repairs it. Only the rows of pruned iterations are lost, because no other file has them.
+    /// repairs this damage. The repair loses only the rows of pruned iterations, because no other file contains these
+    /// rows.
     pub metadata: Vec<Damage>,
     /// The iterations, ascending, including those that are missing without having been pruned.
     pub commits: Vec<CommitReport>,
@@ -67,8 +68,8 @@ impl VerifyReport {
 pub(super) struct PrunedIterations {
     /// The pruned iterations.
     pub pruned: BTreeMap<u64, Pruned>,
-    /// True if the list of pruned iterations is lost. Then no gap breaks the chain, and a commit after a gap is checked
-    /// against its own hash only.
+    /// True if the list of pruned iterations is lost. If the list is lost, a gap does not break the chain, and the
+    /// store checks a commit after a gap only against its own hash.
     pub lost: bool,
 }
 
@@ -221,7 +222,7 @@ fn check_files<'a>(
 pub(super) fn check_once(files: &Files, layout: &Layout) -> Result<Vec<OnceReport>, StoreError> {
     let folder = layout.once();
     let entries = files.list(&folder)?;
-    // Either file of a pair may be missing: a table without its key file is damaged too.
+    // The table file or its key file may be missing. A table without its key file is also damaged.
     let tables: BTreeSet<TableName> = entries
         .iter()
         .filter_map(|entry| entry.name.rsplit_once('.'))

@@ -51,7 +51,7 @@ pub struct Commit {
     pub tables: BTreeMap<String, TableEntry>,
     /// Hash of the fields above. Equal runs have equal hashes.
     pub hash: String,
-    /// The tables outside the chain by name. They differ between equal runs.
+    /// The tables outside the chain by name. Tables outside the chain differ between equal runs.
     pub unchained: BTreeMap<String, TableEntry>,
 }
 

@@ -11,7 +11,7 @@ pub fn now() -> String {
 }
 
 /// Formats a time given in seconds since the beginning of 1970 (UTC). Algorithm: Hinnant, chrono-compatible low-level
-/// date algorithms. Its years begin in March, so that the leap day comes last.
+/// date algorithms. The years of the algorithm begin in March, so that the leap day comes last.
 pub fn utc(seconds: u64) -> String {
     let (days, of_day) = (seconds / DAY + 719_468, seconds % DAY);
     let (era, of_era) = (days / 146_097, days % 146_097);

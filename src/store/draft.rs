@@ -39,15 +39,16 @@ pub enum Recompute {
     Damaged(Damage),
 }
 
-/// Key and entry of a table that belongs to no commit. They are stored in a small JSON file next to the table.
+/// Key and entry of a table that belongs to no commit. A small JSON file next to the table contains the key and the
+/// entry.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct KeyedEntry {
     pub key: StageKey,
     pub entry: TableEntry,
 }
 
-/// Key of a completed stage and the entries of its tables by name. They are stored in a small JSON file next to the
-/// draft.
+/// Key of a completed stage and the entries of its tables by name. A small JSON file next to the draft contains the key
+/// and the entries.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct StageEntry {
     key: StageKey,
@@ -121,11 +122,12 @@ impl Draft {
         self.wear_iteration
     }
 
-    /// Returns the tables that an earlier start stored for a stage, if their key is the same and all verify. They then
-    /// belong to the draft.
+    /// Returns the tables that an earlier start stored for a stage, if their key is the same and all verify. The
+    /// returned tables then belong to the draft.
     ///
     /// # Errors
-    /// [`StoreError::Io`] if a file exists but cannot be read, [`StoreError::Table`] if a file holds another table.
+    /// Returns [`StoreError::Io`] if a stored file cannot be read, and [`StoreError::Table`] if a file contains another
+    /// table.
     pub fn get(&mut self, key: &StageKey) -> Result<StoredResult<Tables>, StoreError> {
         let key_path = self.key_path(key);
         if !self.files.is_there(&key_path)? {
@@ -248,7 +250,8 @@ impl Draft {
     }
 }
 
-/// Checks that an entry states the rows and columns of a table. Both go into the commit.
+/// Checks that an entry states the rows and columns of a table. The commit contains the rows and the columns of each
+/// table.
 fn describes(entry: &TableEntry, table: &Table) -> bool {
     let columns = table.columns().map(|(column, _)| &column.name);
     entry.rows == table.rows() && columns.eq(&entry.columns)

@@ -9,7 +9,7 @@ use std::time::Duration;
 /// Kind of a directory entry. A link counts as a link, not as its target.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum EntryKind {
-    /// A file that holds bytes.
+    /// A regular file, which contains bytes.
     File,
     /// A folder.
     Folder,
@@ -132,8 +132,8 @@ pub struct LockHolder {
 const TRIES: usize = 5;
 const BETWEEN_TRIES: Duration = Duration::from_millis(20);
 
-/// Most bytes of a lock file. It contains a process number. After a power cut it may contain as many zero bytes, since
-/// it is not synced.
+/// Most bytes of a lock file. A lock file contains a process number. After a power cut, a lock file may contain as many
+/// zero bytes, because the program does not sync the lock file.
 const LONGEST_HOLDER: u64 = 20;
 
 impl RealFileSystem {
@@ -348,8 +348,8 @@ fn lock_once(path: &Path) -> io::Result<Option<LockAttempt>> {
             if !is_at(&opened, path)? {
                 return Ok(None);
             }
-            // A file with several names may belong to someone else. It can be locked, but the process number is not
-            // written to it.
+            // A file with several names may belong to someone else. The program locks a file with several names but
+            // does not write the process number into the file.
             if names(&opened) == 1 {
                 file.set_len(0)?;
                 file.rewind()?;
@@ -367,7 +367,8 @@ fn lock_once(path: &Path) -> io::Result<Option<LockAttempt>> {
     }
 }
 
-/// True if the system could not read an existing file. That is not damage, because it says nothing about the content.
+/// True if the system could not read an existing file. A read failure is not damage, because the failure says nothing
+/// about the content of the file.
 pub fn is_read_failure(source: &io::Error) -> bool {
     source.raw_os_error().is_some() && source.kind() != io::ErrorKind::NotFound
 }

@@ -12,7 +12,7 @@ use std::sync::Arc;
 /// system.
 const SPARE_BYTES: u64 = 1 << 20;
 
-/// Most bytes of a JSON or TOML file of a run. It may contain the text of a long scene.
+/// Most bytes of a JSON or TOML file of a run. A JSON file of a run may contain the text of a long scene.
 pub(super) const LONGEST_METADATA: u64 = 64 << 20;
 
 /// Most bytes of a table: about ten columns of numbers on 8192 x 8192 cells, uncompressed. A stranger's commit could

@@ -117,7 +117,7 @@ pub fn is_in_history(table: TableName) -> bool {
 }
 
 impl History {
-    /// Number of rows. They are the iterations from 0 on.
+    /// Number of rows. The rows belong to the iterations from 0 on.
     pub fn len(&self) -> usize {
         self.links.len()
     }
@@ -304,7 +304,7 @@ impl History {
         }
     }
 
-    /// True if an iteration is pruned. Then the folders no longer have all content of the history.
+    /// True if an iteration is pruned. After pruning, the folders no longer contain the whole content of the history.
     pub(super) fn has_pruned(&self) -> bool {
         self.links.iter().any(|link| link.pruned)
     }
@@ -392,7 +392,8 @@ impl History {
         Ok(bytes)
     }
 
-    /// Reads the content key of the campaign row from the bytes of a file, `None` if it has none.
+    /// Reads the content key of the campaign row from the bytes of a file. Returns `None` if the file has no content
+    /// key.
     pub fn row_in(bytes: &[u8]) -> Option<String> {
         let entry = metadata_entry(bytes, NAME).ok().flatten()?;
         let entry: serde_json::Value = serde_json::from_str(&entry).ok()?;
@@ -533,7 +534,8 @@ pub(super) fn read(files: &Files, layout: &Layout) -> Result<HistoryFile, StoreE
     })
 }
 
-/// Writes the history of a run. It syncs the file once an iteration is pruned; until then the folders have all content.
+/// Writes the history of a run. `write` syncs the history file only after an iteration is pruned. Before the first
+/// pruning, the folders contain the whole content of the history.
 pub(super) fn write(files: &Files, layout: &Layout, history: &History) -> Result<(), StoreError> {
     let path = layout.history();
     let bytes = history.to_bytes().map_err(|source| StoreError::Table {

@@ -28,14 +28,15 @@ pub struct Opening {
     pub created: bool,
     /// The iteration from which the run continues.
     pub latest: Option<u64>,
-    /// Iterations from which the run cannot continue, ascending. They were moved to `damaged/`.
+    /// Iterations from which the run cannot continue, ascending. The start moved these iterations to `damaged/`.
     pub set_aside: Vec<DamagedIteration>,
-    /// Repaired damage that affects no result. `run.json` was restored from its copy. A table that the run does not
-    /// need was moved to `damaged/` and removed from its commit.
+    /// Repaired damage that affects no result. The start restored `run.json` from its copy. The start moved a table
+    /// that the run does not need to `damaged/` and removed the table from its commit.
     pub repaired: Vec<Damage>,
     /// Damage of `history.parquet`, if the rows of pruned iterations are lost by it.
     pub history_lost: Option<Damage>,
-    /// Completed stages of an unfinished iteration, by name. Their tables are reused if their inputs are the same.
+    /// Completed stages of an unfinished iteration, by name. The run reuses the tables of a completed stage if the
+    /// inputs of the stage are the same.
     pub drafts_kept: Vec<String>,
     /// Leftovers that were removed from `staging/`.
     pub drafts_removed: Vec<PathBuf>,
@@ -355,7 +356,7 @@ fn with_commit(version: &str, commit: Option<&str>) -> String {
 fn note_circumstances(record: &mut RunRecord, opening: &mut Opening, identity: &RunIdentity) {
     let (version, threads, machine) = record.circumstances();
     let this_machine = Machine::this();
-    // The commit of a packaged program is unknown. This does not count as a change.
+    // The commit of a packaged program is unknown. An unknown commit does not count as a change of the program.
     let rebuilt = record
         .commit()
         .zip(COMMIT)

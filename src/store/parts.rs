@@ -16,7 +16,8 @@ const LONGEST: u64 = 1 << 28;
 /// Bytes of a hash.
 const HASH: usize = 32;
 
-/// Writer of the next part. Returns false if the part cannot be written or would leave too little space.
+/// Writer of the next part. The writer returns false if it cannot write the part or if the part would leave too little
+/// space.
 pub type PartWriter = Box<dyn FnMut(&[u8]) -> bool + Send>;
 
 /// True for the file name of a part.

@@ -21,7 +21,7 @@ use std::io::ErrorKind;
 use std::path::Path;
 use std::sync::Arc;
 
-/// A run open for reading. It needs no lock, because committed data never changes.
+/// A run open for reading. A reader needs no lock, because committed data never changes.
 pub struct RunReader {
     pub(super) files: Files,
     pub(super) layout: Layout,
@@ -146,7 +146,7 @@ impl RunReader {
         Ok(failure.ok())
     }
 
-    /// Returns the process that is writing the run, `None` if there is none.
+    /// Returns the process that is writing the run, or `None` if no process is writing the run.
     ///
     /// # Errors
     /// [`StoreError::Io`].
@@ -222,8 +222,8 @@ impl RunReader {
         })
     }
 
-    /// Returns the hash of the scene that an iteration was computed from. It differs from the run's own hash for
-    /// iterations that a sibling inherited.
+    /// Returns the hash of the scene that an iteration was computed from. For iterations that a sibling inherited, this
+    /// hash differs from the hash of the run's own scene.
     ///
     /// # Errors
     /// As for [`RunReader::read`].

@@ -28,11 +28,11 @@ pub struct RunIdentity {
     pub threads: usize,
     /// Seed of the random surface, if there is one.
     pub seed: Option<u64>,
-    /// Keys that cannot affect committed results: full keys such as `wear.cycles`, or sections such as `output.*`. They
-    /// may change in an existing run and are not part of the scene hash.
+    /// Keys that cannot affect committed results: full keys such as `wear.cycles`, or sections such as `output.*`. Free
+    /// keys may change in an existing run and are not part of the scene hash.
     pub free_keys: Vec<String>,
-    /// Keys in the same form whose values follow from other keys. The error for a changed scene lists only those
-    /// others.
+    /// Keys in the same form whose values follow from other keys. The error for a changed scene lists only those other
+    /// keys.
     pub following_keys: Vec<String>,
     /// Keys in the same form that a run must share with the run it continues, because a state is meaningless for other
     /// values.

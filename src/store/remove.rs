@@ -9,9 +9,9 @@ use super::files::{LONGEST_METADATA, io_error};
 use super::layout::Layout;
 use crate::json::hash;
 
-/// Removes the folder of a run whose scene has the hash `scene_hash`, under the lock of that run. A folder without a
-/// record is also removed, because an interrupted removal leaves such a folder. Keeps the folder of another run, a
-/// link, and a run that another process writes.
+/// Removes the folder of a run whose scene has the hash `scene_hash`, under the lock of that run. `remove_run` also
+/// removes a folder without a record, because an interrupted removal leaves such a folder. `remove_run` keeps the
+/// folder of another run, a link, and a run that another process writes.
 ///
 /// # Errors
 /// [`StoreError::Io`].

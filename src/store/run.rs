@@ -155,12 +155,12 @@ impl RunStore {
         &self.provenance
     }
 
-    /// Reads a table that is computed once per run, if its key is the same and it verifies. Otherwise returns the
-    /// reason.
+    /// Reads a table that is computed once per run, if the key of the table is the same and the table verifies. If not,
+    /// returns the reason.
     ///
     /// # Errors
-    /// [`StoreError::Io`] if the table exists but cannot be read, [`StoreError::Table`] if the file holds another
-    /// table.
+    /// Returns [`StoreError::Io`] if the stored table cannot be read, and [`StoreError::Table`] if the file contains
+    /// another table.
     pub fn once(&self, table: TableName, key: &StageKey) -> Result<StoredResult, StoreError> {
         let folder = self.layout().once();
         let key_path = folder.join(format!("{table}.json"));
@@ -217,8 +217,8 @@ impl RunStore {
         )
     }
 
-    /// Commits a draft as the next iteration of the run: writes `commit.json` last, then renames the folder. Then
-    /// appends the row of the history.
+    /// Commits a draft as the next iteration of the run. `commit` writes `commit.json` as the last file, renames the
+    /// folder, and then appends a row to the history.
     ///
     /// # Errors
     /// [`StoreError::OutOfOrder`] unless the draft follows the latest iteration, [`StoreError::ColumnsChanged`] if the
@@ -281,8 +281,8 @@ impl RunStore {
         self.reader.commit_of(wear_iteration)
     }
 
-    /// True if the history was written after the last commit. This is the right time to prune, because pruning writes
-    /// the history too. In a long run that takes as long as several iterations.
+    /// True if the history was written after the last commit. The run should prune at this time, because pruning also
+    /// writes the history. In a long run, writing the history takes as long as several iterations.
     pub fn is_history_due(&self) -> bool {
         self.reader.history.is_due()
     }
@@ -298,8 +298,8 @@ impl RunStore {
         }
     }
 
-    /// Removes the iterations that the policy does not keep, and returns them. Their rows and hashes stay in the
-    /// history, so that the chain remains verifiable.
+    /// Removes the iterations that the policy does not keep, and returns them. The rows and hashes of the removed
+    /// iterations stay in the history, so that the chain remains verifiable.
     ///
     /// # Errors
     /// [`StoreError::Io`]. The next start completes an interrupted pruning.

@@ -36,7 +36,7 @@ pub(super) fn read_sealed<T: DeserializeOwned>(
 }
 
 /// As [`read_sealed`], but `must_have_hash` decides from the content whether a hash is required. A file of another
-/// layout may have none.
+/// layout may have no hash.
 pub(super) fn read_optionally_sealed<T: DeserializeOwned>(
     files: &Files,
     path: &Path,

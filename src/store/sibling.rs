@@ -34,7 +34,7 @@ impl RunStore {
         wear_iteration: u64,
     ) -> Result<(RunStore, Opening), StoreError> {
         let run = run_name(source);
-        // Open the source first: a rejected source must not leave a new folder behind.
+        // Open the source run first, because a rejected source run must not leave a new folder behind.
         let source = if has_record(&fs, root)? {
             None
         } else {

@@ -64,7 +64,7 @@ fn require(folder: &Path, entry: &Entry, expected: EntryKind) -> Result<(), Stor
     })
 }
 
-/// Lists a folder. It is empty if it does not exist or a writer removes it meanwhile.
+/// Lists a folder. The list is empty if the folder does not exist or a writer removes the folder meanwhile.
 fn list(files: &Files, folder: &Path) -> Result<Vec<Entry>, StoreError> {
     match files.list(folder) {
         Err(StoreError::Io { source, .. }) if source.kind() == ErrorKind::NotFound => {

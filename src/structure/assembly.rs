@@ -9,7 +9,8 @@ use crate::structure::order::nested_dissection;
 /// Linear combination of degrees of freedom, as pairs of a number and a weight.
 pub type Combination = Vec<(usize, f64)>;
 
-/// Spring between nodes. Its force is `stiffness * value` against a combination of displacements of that value.
+/// Spring between nodes. The spring resists a combination of displacements with the force `stiffness * value`, where
+/// `value` is the value of the combination.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Spring {
     /// Combination of displacements that the spring resists.

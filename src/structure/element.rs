@@ -167,7 +167,7 @@ pub fn matrices(
     for corner in CORNERS {
         let point = corner.map(|c| c * station);
         let (determinant, inverse) = invert(&jacobian(nodes, point));
-        // This test also rejects NaN, which `determinant <= 0.0` would accept.
+        // The comparison `determinant > 0.0` also rejects NaN, which `determinant <= 0.0` would accept.
         if !(determinant > 0.0 && centre_determinant > 0.0) {
             return Err(StructureError::InvertedElement {
                 element,
@@ -180,8 +180,8 @@ pub fn matrices(
                 g[a] = (0..3).map(|m| inverse[m][a] * d[m]).sum();
             }
         }
-        // Bubble 1 − ξ_m² with the Jacobian at the centre. Its gradient integrates to zero over any distorted
-        // element.
+        // Bubble function 1 − ξ_m² with the Jacobian at the centre. The gradient of the bubble function integrates to
+        // zero over any distorted element.
         for m in 0..3 {
             let factor = -2.0 * point[m] * centre_determinant / determinant;
             gradient[8 + m] = [0, 1, 2].map(|a| factor * centre_inverse[m][a]);
@@ -224,7 +224,8 @@ pub fn matrices(
     })
 }
 
-/// Eliminates the rows after the first [`DOFS`] from a symmetric matrix. Only the lower triangle is read and updated.
+/// Eliminates the rows after the first [`DOFS`] from a symmetric matrix. `condense` reads and updates only the lower
+/// triangle of the matrix.
 fn condense(full: &mut [[f64; FULL]; FULL]) {
     for pivot in (DOFS..FULL).rev() {
         let row = full[pivot];

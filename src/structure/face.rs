@@ -30,10 +30,10 @@ pub struct NearestPoint {
 
 /// Largest number of Gauss–Newton steps. A flat parallelogram takes one, a curved face a few.
 const STEPS: usize = 40;
-/// The search stops at a step below this, in units of s and t: it is rounding.
+/// The search stops at a step below this limit, in units of s and t, because such a step is a rounding error.
 const NO_STEP: f64 = 1e-13;
-/// The search has converged if its last step is below this. It allows for the rounding of coordinates far from the
-/// origin, in sides of a face.
+/// The search has converged if its last step is below this limit, in sides of a face. The limit allows for the rounding
+/// of coordinates far from the origin.
 const AT_REST: f64 = 1e-8;
 /// A point this far outside of a face, in units of s and t, still counts as on the face.
 const ON_FACE: f64 = 1e-9;
@@ -194,8 +194,8 @@ impl Face {
         let distance = dot(offset, offset).sqrt();
         NearestPoint {
             position,
-            // The search does not converge on a degenerate or strongly curved face. Such a face has infinite
-            // distance.
+            // The search does not converge on a degenerate or strongly curved face. A face on which the search does not
+            // converge has infinite distance.
             distance: match foot.is_found && !distance.is_nan() {
                 true => distance,
                 false => f64::INFINITY,

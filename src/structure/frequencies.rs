@@ -25,10 +25,10 @@ const SHIFTS: [f64; 2] = [1e-4, 10.0];
 /// at most.
 const LARGER: f64 = 100.0;
 const TRIALS: usize = 8;
-/// If no shift helps, some massless rows have no stiffness. This share of the diagonal of K is then added to it.
+/// If no shift helps, some massless rows have no stiffness. The solver then increases the diagonal of K by this share.
 const STEADYING: f64 = 1e-11;
-/// A mode is rigid if φᵀKφ / Σ|φᵢKᵢⱼφⱼ| is below this factor times the precision of the entries. Rounding of the
-/// entries leaves a ratio up to their precision.
+/// A mode is rigid if φᵀKφ / Σ|φᵢKᵢⱼφⱼ| is below this factor times the precision of the entries. For a rigid mode,
+/// rounding of the matrix entries leaves a ratio up to the precision of the entries.
 const RIGID: f64 = 20.0;
 /// A stiffness that a program has condensed has larger errors than the rounding of its entries. Modes with a
 /// resistance below this share are rigid too, if the frequency above them is larger by the factor [`GAP`].
@@ -62,7 +62,7 @@ pub struct Frequencies {
     pub empty: usize,
     /// Number of rows left out because their body has no mass.
     pub massless: usize,
-    /// True if stiffness was added to massless rows that had none.
+    /// True if the solver added stiffness because massless rows had no stiffness.
     pub is_stabilized: bool,
     /// True if some motion has no stiffness.
     pub is_singular: bool,
@@ -153,7 +153,7 @@ pub(super) struct LowestModes {
     modes: Vec<Mode>,
     /// Number of rows of bodies without mass.
     pub massless: usize,
-    /// True if stiffness was added to massless rows that had none.
+    /// True if the solver added stiffness because massless rows had no stiffness.
     pub is_stabilized: bool,
 }
 
@@ -249,7 +249,7 @@ pub(super) fn bodies(
     for &(i, j, v) in k.iter().chain(m) {
         if v != 0.0 && i != j {
             let (a, b) = (root(&mut parent, i), root(&mut parent, j));
-            // The first row of a body is its root.
+            // The first row of a body is the root of the body.
             parent[a.max(b) as usize] = a.min(b);
         }
     }

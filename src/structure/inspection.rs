@@ -52,7 +52,7 @@ pub enum FixedError {
     NoSuchNode {
         /// Number of the node.
         node: i64,
-        /// The directions, each followed by a blank. Empty if the text has none.
+        /// The directions, each followed by a blank. The string is empty if the text names no direction.
         direction: String,
         /// First and last node of the matrices.
         nodes: String,
@@ -215,8 +215,8 @@ fn range_of(text: &str) -> Option<(i64, i64)> {
 
 /// Returns the inner nodes of solids (C3D8I), which do not move with the body as a whole.
 ///
-/// They are the nodes of CalculiX's list with higher numbers than all nodes of its deck. With other formats a node
-/// without a position is no inner node.
+/// In CalculiX's list, inner nodes have higher numbers than all nodes of the deck. With other formats a node without a
+/// position is no inner node.
 fn inner_nodes(matrices: &Matrices) -> HashSet<i64> {
     if ![DECK, CALCULIX_LIST]
         .iter()
@@ -360,8 +360,8 @@ fn bodies_of_nodes(matrices: &Matrices, dofs: &[Dof]) -> (Vec<i64>, Vec<usize>) 
     (nodes, body_of_node)
 }
 
-/// Returns a warning if a free body resists a rotation. Its rows or the positions of its nodes then do not match the
-/// stiffness.
+/// Returns a warning if a free body resists a rotation. In such a body the rows or the positions of the nodes do not
+/// match the stiffness.
 fn rotation_warning(matrices: &Matrices) -> Option<String> {
     let (dofs, stiffness) = (matrices.dofs.as_ref()?, matrices.stiffness.as_ref()?);
     let (nodes, body_of_node) = bodies_of_nodes(matrices, dofs);
@@ -524,8 +524,8 @@ pub fn zero_diagonals(matrices: &Matrices, matrix: &Triplets) -> Vec<usize> {
 
 /// Returns for each row whether it is a modal coordinate.
 ///
-/// If the files describe the rows, modal coordinates are the scalars. Otherwise they are the last rows, as long as
-/// their masses are 1 and they are not coupled with each other.
+/// If the files describe the rows, modal coordinates are the scalars. Without this description, modal coordinates are
+/// the last rows, as long as their masses are 1 and these rows are not coupled with each other.
 pub fn modal_rows(matrices: &Matrices) -> Vec<bool> {
     if let Some(dofs) = &matrices.dofs {
         return dofs.iter().map(|dof| dof.direction == 0).collect();
@@ -560,9 +560,9 @@ pub fn modal_rows(matrices: &Matrices) -> Vec<bool> {
 /// Likely system of units.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Units {
-    /// The likely system, or a statement that none fits.
+    /// The likely system of units, or a statement that no system fits.
     pub likely: &'static str,
-    /// Evidence for it.
+    /// Evidence for this system of units.
     pub why: String,
 }
 
@@ -578,15 +578,16 @@ const LIGHT: f64 = 1e-2;
 
 /// Estimates the units of the matrices from the wave speed.
 ///
-/// For a rod, √(K/M) of one element times its length is the wave speed. It is about 5 000 m/s in steel and differs
-/// little between solids, so its value distinguishes metres from millimetres.
+/// For a rod, √(K/M) of one element times its length is the wave speed. The wave speed is about 5 000 m/s in steel and
+/// differs little between solids, so its value distinguishes metres from millimetres.
 pub fn units(matrices: &Matrices) -> Option<Units> {
     let total = mass_by_direction(matrices)
         .into_iter()
         .flatten()
         .fold(0.0, f64::max);
     if let Some((speed, [least, most], how)) = wave_speed(matrices) {
-        // A lower speed than in all ranges comes from bending on a coarse mesh. It says nothing about the units.
+        // A wave speed below all ranges comes from bending on a coarse mesh. Such a low speed does not indicate the
+        // units.
         let guess = match speed {
             v if (least..=most).contains(&v) => Some((
                 "m, kg, s (N, Pa)",

@@ -141,7 +141,7 @@ impl Triplets {
         !self.is_triangle && off_diagonal.all(|e| (e.0 > e.1) == is_lower)
     }
 
-    /// Returns the deviation from symmetry. It is zero for a matrix stored as one triangle.
+    /// Returns the deviation from symmetry. The deviation is zero for a matrix that is stored as one triangle.
     pub fn asymmetry(&self) -> Asymmetry {
         let mut worst = Asymmetry {
             share: 0.0,
@@ -292,7 +292,7 @@ impl Matrices {
         }
     }
 
-    /// Returns the names of the sets, or the text `none`, followed by the reasons why files were not read.
+    /// Returns the names of the sets of nodes, or the text `none`, followed by the reasons why files were not read.
     pub(super) fn set_names(&self, none: &str) -> String {
         let mut names: Vec<&str> = self.sets.keys().map(String::as_str).collect();
         names.sort_unstable();

@@ -26,8 +26,8 @@ pub struct Mesh {
     pub materials: Vec<Material>,
 }
 
-/// Point of a structure between nodes. Its displacement is the weighted sum of the displacements of its nodes, and a
-/// force on the point is distributed to the nodes by the same weights.
+/// Point of a structure between nodes. The displacement of the point is the weighted sum of the displacements of its
+/// nodes, and a force on the point is distributed to the nodes by the same weights.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Point {
     /// Name of the point in the scene.
@@ -38,9 +38,10 @@ pub struct Point {
     pub weights: Vec<(usize, f64)>,
 }
 
-/// Tolerance in natural coordinates for a point on the face of an element. It allows for rounding of the position.
+/// Tolerance in natural coordinates for a point on the face of an element. The tolerance allows for rounding of the
+/// position.
 const ON_FACE: f64 = 1e-9;
-/// A weight below this is rounding. The point is then on the face or edge opposite to the node.
+/// A weight below this is rounding. If a node has such a weight, the point is on the face or edge opposite to the node.
 const NO_WEIGHT: f64 = 1e-9;
 /// Largest number of Newton steps to find natural coordinates. A parallelepiped takes one, a distorted element a few.
 const LOCATE_STEPS: usize = 30;

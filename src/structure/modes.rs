@@ -10,8 +10,8 @@ use crate::structure::assembly::System;
 
 /// A combination of rigid motions is a rigid mode if its Rayleigh quotient is below this share of the shift.
 ///
-/// Rounding leaves less than 1e-9 of the shift. If the shift is 300 Hz, a mode on a soft spring at 0.33 Hz is
-/// elastic.
+/// Due to rounding, a rigid mode has a Rayleigh quotient of up to 1e-9 of the shift. If the shift is 300 Hz, a mode on
+/// a soft spring at 0.33 Hz is elastic.
 const RIGID_SHARE: f64 = 1e-6;
 /// A vector that keeps less than this share of its length after orthogonalisation is linearly dependent.
 const NOTHING_NEW: f64 = 1e-10;
@@ -31,7 +31,7 @@ pub struct ShiftSettings {
 }
 
 impl ShiftSettings {
-    /// The settings of every reduction. Others would give other cached structures.
+    /// The settings of every reduction. Other settings would give other cached structures.
     pub const DEFAULT: ShiftSettings = ShiftSettings {
         shift_share: 1e-7,
         slope_share: 0.01,
@@ -45,8 +45,8 @@ pub struct ModeOptions {
     pub count: usize,
     /// Number of vectors in a block, at least the largest expected number of modes of equal frequency.
     pub block: usize,
-    /// Accepted relative residual ‖(K + sM)⁻¹Mφ − θφ‖/θ in the norm of M, with θ = 1/(ω² + s). The relative error of
-    /// a frequency is its square.
+    /// Accepted relative residual ‖(K + sM)⁻¹Mφ − θφ‖/θ in the norm of M, with θ = 1/(ω² + s). The relative error of a
+    /// frequency is the square of this residual.
     pub tolerance: f64,
     /// Number of Lanczos vectors at which the iteration stops with an error.
     pub max_vectors: usize,

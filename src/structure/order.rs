@@ -5,15 +5,16 @@ use std::collections::HashMap;
 use super::StructureError;
 use crate::linalg::{SparseSymmetric, minimum_degree};
 
-/// A piece of at most this many nodes is not divided further. It becomes about one dense block of the factor.
+/// A piece of at most this many nodes is not divided further. Such a small piece becomes about one dense block of the
+/// factor.
 const LEAF_SIZE: usize = 40;
 /// Positions of trial cuts along an axis, as shares of the piece's nodes. An off-centre cut pays where the body is
 /// thinner.
 const SHARES: [f64; 5] = [0.35, 0.42, 0.5, 0.58, 0.65];
 
-/// Computes an elimination order of the nodes by nested dissection. Each piece is cut by a plane. Its two sides are
-/// ordered first, recursively, and the nodes on the cut last. The order ends with the nodes `last`, in their given
-/// order.
+/// Computes an elimination order of the nodes by nested dissection. A plane cuts each piece of the mesh. The two sides
+/// of the piece are ordered first, recursively, and the nodes on the cut last. The order ends with the nodes `last`, in
+/// their given order.
 ///
 /// The neighbours of node n are `adjacency[starts[n]..starts[n + 1]]`; coordinates are in metres.
 pub fn nested_dissection(
@@ -39,10 +40,11 @@ pub fn nested_dissection(
     dissection.order
 }
 
-/// Computes an elimination order of matrix rows with little fill. It ends with the rows `last`, in their given order.
+/// Computes an elimination order of matrix rows with little fill. The elimination order ends with the rows `last`, in
+/// their given order.
 ///
-/// With `places`, the position of each row \[any unit\], the method is nested dissection. For solids it is far
-/// cheaper than minimum degree (docs/structures.md).
+/// With `places`, the position of each row \[any unit\], the method is nested dissection. For solids nested dissection
+/// is far cheaper than minimum degree.
 ///
 /// # Errors
 /// [`StructureError::Factorization`] if the memory does not suffice.

@@ -39,8 +39,8 @@ const CONSTRAINED: f64 = 1e-6;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ContactPorts {
-    /// A face between four pairs of nodes. Its displacement is the mean of theirs, and each pair bears a quarter of
-    /// its force.
+    /// A face between four pairs of nodes. The displacement of the face is the mean of the displacements of the pairs,
+    /// and each pair bears a quarter of the force on the face.
     #[default]
     Faces,
     /// A pair of nodes, with a quarter of each face around it.
@@ -180,8 +180,8 @@ pub struct ReducedStructure {
     pub reference: Option<ReferenceFlexibility>,
 }
 
-/// Flexibility of the whole structure at a shift that the reduction does not use. It shows the error of the
-/// reduction.
+/// Flexibility of the whole structure at a shift that the reduction does not use. This flexibility shows the error of
+/// the reduction.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ReferenceFlexibility {
     /// The shift s \[rad²/s²\].
@@ -388,7 +388,8 @@ pub fn subtract_modes(flexibility: &mut Matrix, shapes: &Matrix, weight: impl Fn
 }
 
 impl ReducedStructure {
-    /// Returns the residual R₀ + ω²R₁ \[m/N\] at an angular frequency. It is nearly constant over a narrow band.
+    /// Returns the residual R₀ + ω²R₁ \[m/N\] at an angular frequency. The residual is nearly constant over a narrow
+    /// band.
     pub fn residual_at(&self, omega: f64) -> Matrix {
         let mut residual = self.residual.clone();
         residual.add(omega * omega, &self.residual_slope);

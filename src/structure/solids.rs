@@ -38,7 +38,7 @@ pub const NAMES: [(&str, Solid); 8] = [
     ("C3D10", Solid::Tetrahedron10),
 ];
 
-/// Edges of a hexahedron, as pairs of corners. Their midpoints are nodes 9 to 20.
+/// Edges of a hexahedron, as pairs of corners. The midpoints of these edges are nodes 9 to 20.
 const EDGES: [[usize; 2]; 12] = [
     [0, 1],
     [1, 2],
@@ -53,7 +53,7 @@ const EDGES: [[usize; 2]; 12] = [
     [2, 6],
     [3, 7],
 ];
-/// Edges of a wedge, as pairs of corners. Their midpoints are nodes 7 to 15.
+/// Edges of a wedge, as pairs of corners. The midpoints of these edges are nodes 7 to 15.
 const WEDGE_EDGES: [[usize; 2]; 9] = [
     [0, 1],
     [1, 2],
@@ -65,7 +65,7 @@ const WEDGE_EDGES: [[usize; 2]; 9] = [
     [1, 4],
     [2, 5],
 ];
-/// Edges of a tetrahedron, as pairs of corners. Their midpoints are nodes 5 to 10.
+/// Edges of a tetrahedron, as pairs of corners. The midpoints of these edges are nodes 5 to 10.
 const TETRAHEDRON_EDGES: [[usize; 2]; 6] = [[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]];
 /// Corners of the faces S1 to S6 of a hexahedron.
 pub const FACES: [[usize; 4]; 6] = [
@@ -302,7 +302,7 @@ impl Solid {
 }
 
 fn positive(determinant: f64, element: usize) -> Result<(), StructureError> {
-    // This test also rejects NaN, which `determinant <= 0.0` would accept.
+    // The test `determinant > 0.0` also rejects NaN, which the test `determinant <= 0.0` would accept.
     match determinant > 0.0 {
         true => Ok(()),
         false => Err(StructureError::InvertedElement {

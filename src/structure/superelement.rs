@@ -11,10 +11,12 @@
 use crate::linalg::{LinalgError, Matrix, RowMatrix};
 use crate::structure::reduction::ReducedStructure;
 
-/// A flexibility of a combination of ports below this share of the largest is rounding. Rigid modes leave about 1e-6.
+/// A flexibility of a combination of ports below this share of the largest is rounding. Rigid modes have a relative
+/// flexibility of about 1e-6.
 const LEAST: f64 = 1e-5;
 
-/// Matrices of a reduced structure. Their rows are the ports in order, then the modes, rigid ones first.
+/// Matrices of a reduced structure. The rows of the matrices are the ports in order, then the modes, with the rigid
+/// modes first.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Superelement {
     /// Stiffness: \[N/m\] between ports, rad²/s² between modes of mass 1 kg.

@@ -5,10 +5,10 @@ pub mod claims;
 /// Name and text of a scene, as shipped in `pipelines/study`.
 pub type ShippedScene = (&'static str, &'static str);
 
-/// Base scene of all joints of the study. Its file is in the parent folder of theirs.
+/// Base scene of all joints of the study. The file of the base scene is in the parent folder of the joints' scenes.
 pub const BASE: ShippedScene = ("lap_joint", include_str!("../../pipelines/lap_joint.toml"));
 
-/// Law of the contact elements of a study. It selects the scene `joint` that the joints of the study are based on.
+/// Law of the contact elements of a study. The law selects the scene `joint` that the joints of the study are based on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Law {
     /// Law of the paper.

@@ -20,7 +20,7 @@ pub struct Autocorrelation {
 
 impl Autocorrelation {
     /// Returns the autocorrelation at a lag in cells along x and y. Returns `None` if the patch has no pair
-    /// of cells at that lag. It is even in the whole lag: `at(a, b) == at(-a, -b)`.
+    /// of cells at that lag. The autocorrelation is even in the whole lag: `at(a, b) == at(-a, -b)`.
     pub fn at(&self, lag_x: isize, lag_y: isize) -> Option<f64> {
         let (nx, ny) = (self.nx as isize, self.ny as isize);
         if lag_x.abs() >= nx || lag_y.abs() >= ny {
@@ -118,9 +118,9 @@ pub struct SpectralRing {
 }
 
 /// Computes the power spectral density C(q), averaged over rings of wave vectors of similar length, starting
-/// with the longest wave of the joint. It is normalised so that Σ C Δqx Δqy / (2π)² over all waves is Rq².
-/// The field is assumed periodic and is not windowed. That suits generated surfaces; the edges of a measured
-/// surface add a background ∝ q⁻². Cells outside the patch count as mean height.
+/// with the longest wave of the joint. The density is normalised so that Σ C Δqx Δqy / (2π)² over all waves is Rq². The
+/// field is assumed periodic and is not windowed. This assumption suits generated surfaces. The edges of a measured
+/// surface add a background ∝ q⁻² to the spectrum. Cells outside the patch count as mean height.
 ///
 /// # Errors
 /// Errors of [`autocorrelation`].

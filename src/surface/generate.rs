@@ -9,7 +9,7 @@
 //! same surface on every grid**: a finer grid adds shorter waves and does not change the others. A grid of nx
 //! cells resolves |m| < nx / 2. The Nyquist wave of an even grid is omitted, because only one of its phases
 //! would be visible. The last step depends on the grid: a factor and a shift give the exact Rq and zero mean
-//! over the kept cells. Both tend to a limit as the grid is refined.
+//! over the kept cells. The factor and the shift tend to limits as the grid is refined.
 //!
 //! ```
 //! use fretwear::grid::{Grid, Patch};
@@ -55,8 +55,8 @@ pub enum Spectrum {
         /// Correlation length along x and y \[m\].
         correlation_length: [f64; 2],
     },
-    /// Autocorrelation Rq² exp(-√(x²/clx² + y²/cly²)): 1/e at the correlation length. Its spectrum falls
-    /// slowly (as k⁻³), so that the waves that the grid does not resolve round off the cusp at lag zero.
+    /// Autocorrelation Rq² exp(-√(x²/clx² + y²/cly²)): 1/e at the correlation length. The exponential spectrum falls
+    /// slowly (as k⁻³). The grid omits short waves, which rounds off the cusp of the autocorrelation at lag zero.
     Exponential {
         /// Correlation length along x and y \[m\].
         correlation_length: [f64; 2],
@@ -105,7 +105,7 @@ pub enum Warning {
     },
     /// The joint is too small for the longest requested feature.
     #[error(
-        "{name} along {axis} is {length:.4e} m, the joint {size:.4e} m: with fewer than {FEWEST_LENGTHS_PER_SIDE} of them on a side one seed is no fair sample of the statistics"
+        "{name} along {axis} is {length:.4e} m, and the joint is {size:.4e} m long: a side needs at least {FEWEST_LENGTHS_PER_SIDE} of these lengths, or the statistics depend on the seed; use several seeds"
     )]
     FewLengths {
         /// Name of the length.
@@ -158,8 +158,7 @@ pub fn random(patch: &Patch, surface: &RandomSurface) -> Result<GeneratedSurface
     })
 }
 
-/// Rejects a spectrum if none of its waves that the grid resolves has a height, without generating the
-/// surface.
+/// Rejects a spectrum if no wave that the grid resolves has a height, without generating the surface.
 ///
 /// # Errors
 /// [`SurfaceError::NoPower`]
@@ -193,8 +192,8 @@ pub fn flat(patch: &Patch) -> Vec<f64> {
 }
 
 /// Returns the paraboloid h = -r² / (2 `radius`) \[m\] that represents a sphere in the Hertz theory, with r
-/// measured from the grid's centre. Its apex has height 0. On a grid with an even number of cells the apex
-/// lies between cells, so that the highest cell is a little below 0.
+/// measured from the grid's centre. The apex of the paraboloid has height 0. On a grid with an even number of cells the
+/// apex lies between cells, so that the highest cell is a little below 0.
 ///
 /// # Errors
 /// [`SurfaceError::OutOfRange`] if the radius is not a positive number.

@@ -20,8 +20,8 @@ pub struct Roughness {
 /// Computes mean, Rq, Sk and Ku over the kept cells.
 ///
 /// The mean is computed in two passes, relative to the first height; the third and fourth moments are in
-/// units of Rq. So nanometres on top of a metre of offset keep their digits, a constant surface has Rq = 0
-/// exactly, and nothing underflows.
+/// units of Rq. With these references, nanometres on top of a metre of offset keep their digits, a constant surface has
+/// Rq = 0 exactly, and the moments do not underflow.
 ///
 /// # Errors
 /// [`SurfaceError::Length`], [`SurfaceError::NotFinite`] (a kept cell without a finite height), [`SurfaceError::TooFewCells`]
@@ -92,7 +92,7 @@ pub(super) fn moments(heights: impl Iterator<Item = f64> + Clone) -> Option<Roug
     let n = heights.clone().count() as f64;
     let shift = heights.clone().map(|h| h - origin).sum::<f64>() / n;
     let deviations = heights.map(|h| (h - origin) - shift);
-    // Rounding error of the mean. It would otherwise leak into the higher moments.
+    // Rounding error of the mean. Without its subtraction, the rounding error would change the higher moments.
     let rest = deviations.clone().sum::<f64>() / n;
     let deviations = deviations.map(|d| d - rest);
     let mean = origin + (shift + rest);

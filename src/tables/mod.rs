@@ -6,7 +6,7 @@
 //! field metadata. The meaning of the columns is stored once per run, in its `schemas.json`, and in each file that
 //! belongs to no run.
 //!
-//! Only this folder uses Arrow and Parquet.
+//! Only the module `tables` uses Arrow and Parquet.
 
 mod error;
 mod foreign;

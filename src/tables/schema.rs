@@ -45,7 +45,7 @@ pub enum TableLocation {
     Once,
     /// In the folder of an iteration.
     Iteration,
-    /// Outside of runs. Such a table compares several runs.
+    /// Outside of runs. A table outside of runs compares several runs.
     Beside,
 }
 

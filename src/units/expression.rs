@@ -145,8 +145,8 @@ impl Scale {
     }
 }
 
-/// Returns the known unit most similar to `name`. It ranks by the number of edits (ignoring case), then by dimension,
-/// length and edits with case. Returns `None` if more than half of the name would change.
+/// Returns the known unit most similar to `name`. `nearest_unit` ranks units by the number of edits (ignoring case),
+/// then by dimension, length and edits with case. Returns `None` if more than half of the name would change.
 fn nearest_unit(name: &str, expected: Dimension) -> Option<String> {
     let prefixed = std::iter::once("")
         .chain(PREFIXES.map(|prefix| prefix.0))

@@ -2,15 +2,15 @@
 //! many samples, and errors of the opposite sign.
 //!
 //! The error of a step propagates: where a single cell decides between sticking and wearing, the error grows.
-//! A sum of the errors of single steps misses that. The coarse trajectory makes larger errors and propagates
-//! them by the same wear. Its difference from the run, in any figure, then shows the effect of the errors on
-//! that figure.
+//! A sum of the errors of single steps misses this growth. The coarse trajectory makes larger errors and propagates
+//! them by the same wear. The difference between the coarse trajectory and the run, in any figure, shows the effect of
+//! the errors on that figure.
 //!
-//! Both schemes are of second order, so that a plain coarse step would err to the same side as the run. A
-//! critical cell would then go the same way in both, and both would be wrong alike. Therefore each coarse
-//! step is also computed from the run's own state. Its difference from the run's own wear is its error, and
-//! 2½ times this error is subtracted. If steps are short, the exact solution lies between the run and the
-//! coarse trajectory.
+//! The run and the coarse trajectory are both of second order, so that a plain coarse step would err to the same side
+//! as the run. A critical cell would go the same way in both trajectories, and both would be wrong alike. Therefore
+//! each coarse step is also computed from the run's own state. The difference between this coarse step and the run's
+//! own wear is the error of the coarse step, and 2½ times this error is subtracted. If steps are short, the exact
+//! solution lies between the run and the coarse trajectory.
 //!
 //! The solves of the coarse trajectory are less exact than the run's. Longer coarse steps would cost less but
 //! give no error bar. Over three or four steps of the run, with the error subtracted 1½ or 1⅓ times for an

@@ -97,7 +97,7 @@ pub fn indentation(
 }
 
 /// Computes the tangential force over the displacement along x. The loop of a straight motion is twice its
-/// first loading, mirrored at the reversals (Masing). Otherwise the instants of the cycle form the loop.
+/// first loading, mirrored at the reversals (Masing). For any other motion the instants of the cycle form the loop.
 ///
 /// # Errors
 /// [`WearError::Contact`].

@@ -1,10 +1,10 @@
 //! Steady fretting cycle: shear, slip and dissipated energy under a closed motion.
 //!
-//! Slip is the kinematic δ − u on all cells, also on cells just outside the contact. So cells that wear
-//! brings into contact begin to slip like their neighbours. On stick cells the slip is zero. The energy of a
-//! step is q·s with the shear at its end. The wear depth per cycle is α times the sum of these energies over
-//! the cycle [A eq. 2.6]. If the load varies, the energy of a step is |s| times the mean of the friction
-//! limits at both ends, also on cells that come into contact or leave it.
+//! Slip is the kinematic δ − u on all cells, also on cells just outside the contact. Due to this slip, cells that wear
+//! brings into contact begin to slip like their neighbours. On stick cells the slip is zero. The energy of a step is
+//! q·s with the shear at its end. The wear depth per cycle is α times the sum of these energies over the cycle [A eq.
+//! 2.6]. If the load varies, the energy of a step is |s| times the mean of the friction limits at both ends of the
+//! step. This rule also applies to cells that come into contact or leave the contact.
 
 use super::fields::{InstantFields, InstantShear};
 use super::joint::{FrettingJoint, WearError};
@@ -94,8 +94,8 @@ pub struct CycleSolution {
     pub steps: usize,
     /// Largest relative duality gap of all tangential solves.
     pub error: f64,
-    /// Estimated error of `dissipation` \[J\]. It sums the duality gaps of the solves and the remaining
-    /// closure error of a stepped cycle. If half of the samples were computed too, it includes the sampling
+    /// Estimated error of `dissipation` \[J\]. The estimate sums the duality gaps of the solves and the remaining
+    /// closure error of a stepped cycle. If half of the samples were computed too, the estimate includes the sampling
     /// error.
     pub dissipation_error: f64,
 }
@@ -202,10 +202,9 @@ impl CycleAccumulator {
     }
 
     /// Multiplies slip path and energy of each cell by its entry of `parts`, and all cells by one common
-    /// factor. The total energy becomes `of_all` times the energy before. The entries for single cells were
-    /// computed for places that may slip differently here; only the total is reliable. So a fraction of the
-    /// correction counts as an error. If no slipping cell has a positive entry, all cells are multiplied by
-    /// `of_all`.
+    /// factor. The total energy becomes `of_all` times the energy before. The entries for single cells were computed
+    /// for places that may slip differently here; only the total is reliable. Therefore `scale` counts a fraction of
+    /// the correction as an error. If no slipping cell has a positive entry, all cells are multiplied by `of_all`.
     fn scale(&mut self, parts: &[f64], total_part: f64, cell_area: f64) {
         let before = self.energy.iter().sum::<f64>();
         let energies = self.energy.iter().zip(parts);
@@ -515,16 +514,16 @@ fn twice(
 // Steady cycle of any motion, sample by sample.
 //
 // The cycle is computed twice: over every other sample until it closes, and from there over all samples
-// (`sequence`). The steps are of second order. So a third of the change between the two results extrapolates
-// slip path and energy of each cell to steps of zero length, and the change gives an error estimate.
+// (`sequence`). The steps are of second order. Therefore a third of the change between the two results extrapolates the
+// slip path and the energy of each cell to steps of zero length. The change also gives an error estimate.
 
 /// Error of the energy after extrapolation, as a fraction of the change due to halving the steps, summed over
-/// all cells. Measured on 70 random rough joints, it is mostly 0.1. It reaches 0.8 where the motion turns
-/// between samples.
+/// all cells. Measured on 70 random rough joints, the fraction is mostly 0.1. The fraction reaches 0.8 where the motion
+/// turns between samples.
 const EXTRAPOLATION_ERROR: f64 = 0.8;
 
-/// The same error if the motion is a history: its corners make the steps of first order. Measured, it is at
-/// most 1.33.
+/// Error of the energy after extrapolation as in [`EXTRAPOLATION_ERROR`], but if the motion is a history. The corners
+/// of a history make the steps of first order. The measured fraction is at most 1.33.
 const EXTRAPOLATION_ERROR_OF_HISTORY: f64 = 1.6;
 
 /// Smallest change that the error estimate assumes per cell, as a fraction of the cell's energy, times the
@@ -576,7 +575,7 @@ impl FrettingJoint {
                 let parts = (error_part, self.options.least_extrapolated);
                 extrapolate(&mut tally, &coarse.tally, samples, parts, cell_area)
             }
-            // So few samples give no estimate of their own error.
+            // Fewer samples than `FEWEST_SAMPLES` give no estimate of the sampling error.
             None if self.options.extrapolate && samples < FEWEST_SAMPLES => {
                 let part = LEAST_CHANGE / (samples * samples) as f64;
                 tally.dissipation_error += part * tally.energy.iter().sum::<f64>() * cell_area;
@@ -661,16 +660,16 @@ fn extrapolate(
 
 // Shear of Ciavarella and Jäger: the superposition of two pressures replaces a tangential solve.
 //
-// Under constant load and a motion along a line d from rest, q = µ (p − p*) d. Here p* is a pressure of the
-// same surfaces at a reduced load, N* = N − T/µ, or a reduced approach, δ* = δ − u/(µκ), with κ the ratio of
-// the tangential to the normal compliance (Ciavarella 1998; Jäger 1998). Cells with p* > 0 stick. Between
-// half spaces of one material this is exact if shear displaces the surface like pressure does, κ times as far
-// and only along itself: for ν = 0. Otherwise it is an approximation: the stick cells slip a little, and the
-// displacement differs from the prescribed one. [`TangentialSolution::error`] includes both: it is the
-// relative duality gap of this shear for the true kernels.
+// Under constant load and a motion along a line d from rest, q = µ (p − p*) d. The reduced pressure p* belongs to the
+// same surfaces at a reduced load, N* = N − T/µ, or a reduced approach, δ* = δ − u/(µκ). The ratio of the tangential to
+// the normal compliance is κ (Ciavarella 1998; Jäger 1998). Cells with p* > 0 stick. Between half spaces of one
+// material this superposition is exact if shear displaces the surface like pressure does, κ times as far and only along
+// itself: for ν = 0. In all other cases the superposition is an approximation: the stick cells slip a little, and the
+// displacement differs from the prescribed displacement. [`TangentialSolution::error`] includes both errors, because it
+// is the relative duality gap of this shear for the true kernels.
 //
-// On the cells in contact, p* is the pressure of heights K p against a flat. So capped cells and rotated
-// bodies need no special treatment.
+// On the cells in contact, p* is the pressure of heights K p against a flat. Therefore the superposition needs no
+// special treatment of capped cells and rotated bodies.
 
 /// Tolerance of the reduced pressure. The resulting error is far below the error of the superposition itself.
 const SUPERPOSITION_TOLERANCE: f64 = 1e-3;

@@ -5,14 +5,14 @@
 //! The error of the worn volume has three parts: the estimates of the wear steps, times a safety factor; the
 //! duality gaps of the cycles, which bound the dissipation of friction, with the sampling error; and the
 //! error of the vibration in the energy of every cycle. The error of every other figure follows the volume.
-//! It is proportional to the figure's change over the last step, or over the last update if a vibration
-//! drives the joint. Direct errors by the vibration and the cycle are added. Where wear dies out, the energy
-//! per cycle falls strongly while little volume is worn. A small error of the volume is then a large error of
-//! the energy, and the bar shows it.
+//! The error of a figure is proportional to the figure's change over the last step, or over the last update if a
+//! vibration drives the joint. Direct errors by the vibration and the cycle are added. Where wear dies out, the energy
+//! per cycle falls strongly while little volume is worn. A small error of the volume is then a large error of the
+//! energy, and the bar shows it.
 //!
-//! Where single cells decide between sticking and wearing, wear amplifies small errors. Under a prescribed
-//! motion a coarse trajectory ([`super::coarse`]) is therefore computed too. The bar of any figure is at
-//! least one and a half times the difference of both trajectories.
+//! Where single cells decide between sticking and wearing, wear amplifies small errors. Therefore, under a prescribed
+//! motion, the run also computes a coarse trajectory ([`super::coarse`]). The bar of any figure is at least one and a
+//! half times the difference of both trajectories.
 
 use std::ops::Add;
 
@@ -113,7 +113,7 @@ pub fn figure_error(
 }
 
 /// Returns the error of an explicit step of `cycles`, which assumes its initial rate throughout, as a volume
-/// \[m³\]. It is half the change of the energy per area over the step \[J/m²\], summed over cells of area
+/// \[m³\]. The error is half the change of the energy per area over the step \[J/m²\], summed over cells of area
 /// `cell_area` \[m²\].
 pub fn constant_rate_error(
     [begin, end]: [&[f64]; 2],

@@ -7,11 +7,12 @@ use super::WearLaw;
 use super::implicit::{self, Limits, Step};
 use super::joint::{FrettingJoint, WearError, WornState};
 
-/// Largest number of lengths tried for one event. Then the shortest length beyond it is used.
+/// Largest number of lengths tried for one event. After these tries, the search uses the shortest length that passes
+/// the event.
 const MOST_TRIES: usize = 8;
 
-/// A step that would pass this many such events is not shortened. The events are then finer than the
-/// resolution of the wear, and every step ends beyond one.
+/// A step that would pass this many such events is not shortened. Such events are finer than the resolution of the
+/// wear, and every step ends beyond an event.
 const EVENTS_BEYOND_RESOLUTION: f64 = 30.0;
 
 /// Largest overshoot of a step beyond the event, as a fraction of the tolerance. Late in a run the stiffness
@@ -90,7 +91,8 @@ impl EventSearch {
             }
             match beyond.take_if(|beyond| beyond.cycles == cycles) {
                 Some(shortest) => {
-                    // This step counted as rejected; the other step is rejected in its place.
+                    // The shortest step beyond the event was counted as rejected. The last step is rejected in its
+                    // place.
                     step = shortest;
                     break;
                 }

@@ -19,8 +19,8 @@ pub fn advance(wear: &[f64], energy: &[f64], law: WearLaw, cycles: u64) -> Vec<f
         .collect()
 }
 
-/// Smallest eigenvalue of the half spaces' compliance on a grid, over a cell's own compliance. It belongs to
-/// pressures that alternate from cell to cell.
+/// Smallest eigenvalue of the half spaces' compliance on a grid, over a cell's own compliance. This eigenvalue belongs
+/// to pressures that alternate from cell to cell.
 const SMALLEST_EIGENVALUE: f64 = 0.5;
 
 /// Returns how far a step exceeds the stability limit of the explicit scheme: N α µ·(slip path) of the

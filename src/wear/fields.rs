@@ -1,7 +1,7 @@
 //! Fields at selected instants of a steady cycle: pressure, shear, slip and, if the load varies, gap.
 //!
 //! The cycle stores only the shear of these instants. The slip follows from the shear and from the positions
-//! of the bodies as v = δ − K q on every cell, minus its value at t = 0. So it is zero on stick cells to the
+//! of the bodies as v = δ − K q on every cell, minus its value at t = 0. This slip is zero on stick cells to the
 //! tolerance of the solves, and continuous beyond the contact.
 
 use super::cycle::{CycleSolution, Instant};
@@ -73,7 +73,7 @@ impl FrettingJoint {
     }
 
     /// Returns δ − K q at each cell: the displacement of the bodies minus the elastic displacement due to
-    /// shear \[m\]. It is zero on cells that are not kept.
+    /// shear \[m\]. The value is zero on cells that are not kept.
     fn unslipped(
         &mut self,
         instant: &Instant,

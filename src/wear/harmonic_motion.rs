@@ -48,8 +48,8 @@ impl HarmonicMotion {
     }
 
     /// Samples one cycle about the mean `load`. Half of the samples are equally spaced, plus the two ends if
-    /// all axes turn at the same time. The other half lies in the middle between any two of these. So every
-    /// other sample is a motion of its own.
+    /// all axes turn at the same time. The other half of the samples lies midway between neighbouring samples of the
+    /// first half. Therefore every other sample is a motion of its own.
     pub fn sampled(&self, load: f64, samples: usize) -> Motion {
         let half = samples.div_ceil(2);
         let mut time: Vec<f64> = (0..half).map(|k| k as f64 / half as f64).collect();

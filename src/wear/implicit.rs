@@ -1,23 +1,23 @@
 //! Second-order implicit wear step.
 //!
-//! The wear depth w grows by dw/dn = α(c p + f) per cycle. Here c = ∮µ|dv| weights the slip path by friction,
-//! so that c p is the dissipated energy. If the load varies in the cycle, p is the pressure under the largest
-//! load, under which all cells touch that ever do. Then c is the dissipated energy per p, and f is the
-//! remaining energy, mainly of cells with p = 0. With c frozen, a step that is implicit in p is a *normal
-//! contact with an additional diagonal compliance* N α c, and stable at any size:
+//! The wear depth w grows by dw/dn = α(c p + f) per cycle. The factor c = ∮µ|dv| weights the slip path by friction, so
+//! that c p is the dissipated energy. If the load varies in the cycle, p is the pressure under the largest load, under
+//! which all cells touch that ever do. For a varying load, c is the dissipated energy per p, and f is the remaining
+//! energy, mainly of cells with p = 0. With c frozen, a step that is implicit in p is a *normal contact with an
+//! additional diagonal compliance* N α c, and stable at any size:
 //!
 //! 1. Half a step with c of the beginning, by backward Euler, gives the pressure p½ on the surface w½.
 //! 2. The fretting cycle there gives c½ and f½: the midpoint rule in the slip.
 //! 3. The whole step with c½ uses the L-stable two-stage SDIRK method (γ = 1 − 1/√2) in the pressure: p₁, p₂.
 //!
-//! Both rules are of second order and all coefficients are positive. So wear only grows, and only where c p
-//! or f is positive.
+//! The midpoint rule and the SDIRK method are both of second order, and all their coefficients are positive. Therefore
+//! wear only grows, and only where c p or f is positive.
 //!
 //! The embedded error estimate compares with Simpson's rule over c₀p₀, c½p½ and the extrapolated (2c½ −
-//! c₀)p₂. It includes the change of slip *and* of pressure, and is of third order like the error of the step.
-//! With stepped cycles a few cells may decide whether the joint slides. Such a step is also compared with
-//! Simpson's rule over the energies of three cycles: at its beginning, its middle and its end. The end cycle
-//! costs nothing, because the next state uses it.
+//! c₀)p₂. The estimate includes the change of slip *and* of pressure, and is of third order like the error of the step.
+//! With stepped cycles a few cells may decide whether the joint slides. Therefore a step with stepped cycles is also
+//! compared with Simpson's rule over the energies of three cycles: at the beginning, the middle and the end of the
+//! step. The end cycle costs nothing, because the next state uses it.
 //!
 //! If the motion changes as the joint wears, each of these cycles uses the motion of its own contact.
 
@@ -46,9 +46,9 @@ const PRIOR_VOLUME_FRACTION: f64 = 0.005;
 /// Bounds on the ratio of the next step length to this one.
 const STEP_CHANGE_BOUNDS: (f64, f64) = (0.2, 3.0);
 
-/// Factor on the normal solve's tolerance for the half step and the first stage, up to [`LARGEST_TOLERANCE`]. These
-/// solves enter the wear only by the slip of the middle and by a part of the pressure: 100 changed the worn
-/// volume by 10⁻⁵.
+/// Factor on the normal solve's tolerance for the half step and the first stage, up to [`LARGEST_TOLERANCE`]. Both
+/// solves enter the wear only by the slip of the middle and by a part of the pressure. A factor of 100 changed the worn
+/// volume by a relative 10⁻⁵.
 const TOLERANCE_FACTOR: f64 = 100.0;
 const LARGEST_TOLERANCE: f64 = 1e-4;
 
@@ -205,7 +205,7 @@ pub fn advance(
     }
 }
 
-/// Returns a whole number of cycles near `wanted` that leaves no short step at the end.
+/// Returns a whole number of cycles near `wanted`, such that the last step of the run is not short.
 fn whole_cycles(wanted: f64, remaining: u64) -> u64 {
     if wanted >= remaining as f64 {
         return remaining;
@@ -344,9 +344,9 @@ fn end_cycle(joint: &mut FrettingJoint, step: &Step) -> Result<EndCycle, WearErr
 }
 
 /// Returns by how much the volume worn in a step differs from Simpson's rule over its three cycles \[m³\]: at
-/// the beginning, in the middle and at the `end`. Only a rate that grows towards the end counts: a joint that
-/// begins to slide, or new cells that touch, may show there alone. Where wear dies out, the implicit step
-/// damps this difference.
+/// the beginning, in the middle and at the `end`. The difference counts only a wear rate that grows towards the end of
+/// the step: a joint that begins to slide, or new cells that touch, may appear only at the end. Where wear dies out,
+/// the implicit step damps this difference.
 fn simpson_difference(
     joint: &FrettingJoint,
     begin: &WornState,

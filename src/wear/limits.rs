@@ -5,8 +5,8 @@ use super::motion::{EQUALITY_TOLERANCE, Motion, Step};
 use crate::contact::normal::NormalSolution;
 use crate::contact::tangential::Drive;
 
-/// Fraction of a step before a change of contact if the neighbouring gaps give none: the middle, as on
-/// average.
+/// Assumed fraction of a step before a change of contact, if the neighbouring gaps give no fraction. On average the
+/// contact changes in the middle.
 const MIDDLE: f64 = 0.5;
 
 /// Reserve of friction over the prescribed forces, as a fraction of the friction capacity, below which a
@@ -116,9 +116,9 @@ impl FrictionLimits {
     }
 }
 
-/// Returns the factor on the tolerance of a step under the friction limits at its end \[Pa\]. Near the
-/// friction capacity a force leaves the displacement to the few cells that stick, which amplifies errors of
-/// the solve. Returns 1 without a prescribed force.
+/// Returns the factor on the tolerance of a step under the friction limits at its end \[Pa\]. Near the friction
+/// capacity, only the few cells that stick determine the displacement under a prescribed force, which amplifies errors
+/// of the solve. `tolerance_factor` returns 1 without a prescribed force.
 pub(super) fn tolerance_factor(driven: &Step, limit: &[f64], cell_area: f64) -> f64 {
     let forces = driven.drive.iter().map(|drive| match drive {
         Drive::Force(force) => force * force,
@@ -134,8 +134,8 @@ pub(super) fn tolerance_factor(driven: &Step, limit: &[f64], cell_area: f64) -> 
 
 impl FrettingJoint {
     /// Computes the friction limits over the cycle on a surface worn by `wear`, with its static contact at
-    /// the mean load. Each distinct load is solved once. With `store_contacts` the pressures and gaps of a
-    /// varying load are stored too.
+    /// the mean load. Each distinct load is solved once. With `store_contacts`, `limits_over_cycle` also stores the
+    /// pressures and gaps of a varying load.
     pub(super) fn limits_over_cycle(
         &mut self,
         wear: &[f64],

@@ -15,8 +15,8 @@ pub(super) const EQUALITY_TOLERANCE: f64 = 1e-12;
 pub struct Motion {
     /// Time of each sample as a fraction of the period, increasing from 0 and below 1.
     pub time: Vec<f64>,
-    /// Whether only the order of the samples counts, whatever their times, as in a history. Otherwise the
-    /// motion is smooth in time.
+    /// True if only the order of the samples counts, whatever their times, as in a history. False if the motion is
+    /// smooth in time.
     pub by_order: bool,
     /// Drive of the upper body along each axis.
     pub drive: ByAxis<Channel>,
@@ -110,8 +110,8 @@ impl Step {
 /// Motion along a straight line about zero that turns only at its two ends, under constant load.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StraightMotion {
-    /// State of the motion at the end reached at sample `top`, as in [`Motion::state_at`]. The other end is its
-    /// negative.
+    /// State of the motion at the end reached at sample `top`, as in [`Motion::state_at`]. The state at the other end
+    /// of the motion is the negative of `end`.
     pub end: Vec<f64>,
     /// Sample of that end.
     pub top: usize,
@@ -119,7 +119,7 @@ pub struct StraightMotion {
     pub bottom: usize,
 }
 
-/// Returns the mean of at least one sample. It is exact for equal samples.
+/// Returns the mean of at least one sample. The mean is exact for equal samples.
 pub(crate) fn mean_of(samples: &[f64]) -> f64 {
     let first = samples[0];
     first + samples.iter().map(|sample| sample - first).sum::<f64>() / samples.len() as f64
@@ -203,7 +203,7 @@ impl Motion {
     /// Returns the motion between the two reversals of this one about their middle, under its mean load.
     /// Returns `None` unless every sample lies within `tolerance` times the reach from the line between the
     /// ends, the motion turns by no more than that elsewhere, and the load stays within `load_tolerance` of
-    /// its mean. Also returns `None` for a rotation or a force.
+    /// its mean. `reversals` also returns `None` for a rotation or a force.
     pub fn reversals(&self, tolerance: f64, load_tolerance: f64) -> Option<Motion> {
         if self.rotation.is_some() || self.drive.iter().any(Channel::is_force) {
             return None;
@@ -264,7 +264,7 @@ impl Motion {
     }
 
     /// Returns the motion to and fro between these samples about their middle, under this motion's mean load.
-    /// Only for displacements along the axes.
+    /// `between_ends` needs a motion by displacements along the axes.
     #[must_use]
     pub fn between_ends(&self, [top, bottom]: [usize; 2]) -> Motion {
         let end = self.end([top, bottom]);
@@ -300,8 +300,8 @@ impl Motion {
     }
 
     /// Returns the force that the joint carries along its motion under `shear` \[Pa\] on cells of area
-    /// `cell_area` \[m²\], in newtons. If nodes move individually, it sums the forces along each node's
-    /// direction. Otherwise the force is along the line between the ends of the motion.
+    /// `cell_area` \[m²\], in newtons. If nodes move individually, `force_along` sums the forces along each node's
+    /// direction. If all nodes move alike, the force is along the line between the ends of the motion.
     pub fn force_along(&self, shear: &ByAxis<Vec<f64>>, cell_area: f64) -> f64 {
         if let Some(own) = &self.nodal_motion {
             return own.force_along(shear, cell_area);

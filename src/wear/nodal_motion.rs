@@ -18,17 +18,17 @@ pub struct NodalMotion {
     /// load of the static contact, or its load follows the load of the joint.
     pub approach: Vec<Vec<f64>>,
     /// Ratio of each node's work of friction in the cycle to its work between the two ends of the motion
-    /// under the load of the static contact. Empty: the ratio is 1. It accounts for the path between the ends
-    /// and for the variation of the load.
+    /// under the load of the static contact. The ratio accounts for the path between the ends and for the variation of
+    /// the load. If the list is empty, the ratio is 1.
     pub work_ratio: Vec<f64>,
-    /// The same ratio for the work of friction of all nodes together.
+    /// Ratio as in `work_ratio`, for the work of friction of all nodes together.
     pub total_work_ratio: f64,
     /// Ratio of the force along the motion in the cycle to the force between its two ends under the load of
     /// the static contact.
     pub force_ratio: f64,
     /// Displacement of each node at the end of the line that the motion nearly follows, along x, then along y
-    /// if the motion has that axis. It includes the mean motion and is divided by its root mean square over
-    /// the area of the joint. The force along it does the work of all nodes.
+    /// if the motion has that axis. The displacement includes the mean motion and is divided by its root mean square
+    /// over the area of the joint. The force along this direction does the work of all nodes.
     pub direction: Vec<f64>,
 }
 

@@ -15,8 +15,8 @@ impl Motion {
     }
 
     /// Returns the ratio of the step from sample `k` to the step before it, between samples `stride` apart.
-    /// If the motion is smooth in time, it is the ratio of the durations. Otherwise it is the ratio of the
-    /// paths, up to a bound. After a step at rest it is 0.
+    /// If the motion is smooth in time, `step_ratio` is the ratio of the durations. If only the order of the samples
+    /// counts, `step_ratio` is the ratio of the paths, up to a bound. After a step at rest this ratio is 0.
     pub(super) fn step_ratio(&self, k: usize, stride: usize) -> f64 {
         if !self.by_order {
             let before = k + self.samples() - stride;
@@ -41,8 +41,8 @@ impl Motion {
     }
 
     /// Returns the cosine of the angle between the steps before and after sample `k`, between samples
-    /// `stride` apart. It is 1 along a line, negative where the motion turns back, and 0 at rest.
-    /// Displacements and forces are divided by the largest of their ranges, a rotation by its own.
+    /// `stride` apart. The cosine is 1 along a line, negative where the motion turns back, and 0 at rest. Displacements
+    /// and forces are divided by the largest of their ranges, a rotation by its own.
     pub fn turn_cosine(&self, k: usize, stride: usize) -> f64 {
         let [along, before, after] = self.turn(k, stride);
         if before * after > 0.0 {

@@ -11,7 +11,8 @@
 //! The compliance splits into G = Q + V C Vᵀ, with the soft compliance C along the held motions V
 //! ([`crate::structure::statics`]). The contact solver uses Q alone and frees all motions. The held motions
 //! are driven by resultants r, and Broyden's method [Broyden 1965] finds r such that these motions are −C r.
-//! That takes a few solves, and the solver never meets a compliance far softer than the contact.
+//! Broyden's method takes a few contact solves, and the contact solver never uses a compliance far softer than the
+//! contact.
 //!
 //! A prescribed *load* acts through this compliance. Prescribed nodal displacements act through K − A S M Sᵀ,
 //! because they already include G ([`super::cycle`]).
@@ -43,7 +44,7 @@ pub struct NodalLoad {
 pub struct BodyMotions {
     /// Motions along which the bodies are free: approach and rotations.
     pub free: Vec<[f64; 3]>,
-    /// Other motions, which the structure holds softly.
+    /// Motions that the structure holds softly, other than the `free` motions.
     pub restrained: Vec<[f64; 3]>,
     /// Compliance between the held motions, row by row \[m/N\].
     pub compliance: Vec<f64>,
@@ -345,8 +346,8 @@ impl PressedBodies {
         means.into_iter().map(|mean| load * mean).collect()
     }
 
-    /// Returns initial resultants. They move the faces apart by their mean overlap and by a part of the
-    /// peaks' height.
+    /// Returns initial resultants. The initial resultants move the faces apart by their mean overlap and by a part of
+    /// the peaks' height.
     fn first_resultants(
         &self,
         problem: &NormalProblem<'_>,
@@ -382,8 +383,8 @@ impl PressedBodies {
         Ok(overlap)
     }
 
-    /// Returns by how much the ends of the preload approach each other \[m\]. This is the work that a preload
-    /// of 1 N does under the pressure, the loads, and the approach and rotations of the contact.
+    /// Returns by how much the ends of the preload approach each other \[m\]. The shortening equals the work of a
+    /// preload of 1 N under the pressure, the loads, and the approach and rotations of the contact.
     pub(super) fn shortening(&self, patch: &Patch, solution: &NormalSolution) -> f64 {
         let opening = solution.pressure.iter().zip(&self.opening[0]);
         let by_pressure: f64 = opening.map(|(p, u)| p * u).sum();
@@ -407,8 +408,8 @@ impl PressedBodies {
         patch.grid.cell_area() * by_pressure + by_loads + by_motion
     }
 
-    /// Returns the mean approach over `patch`, from first touch at height 0 \[m\]. It is the approach of a
-    /// punch on half spaces alone, without the opening by the loads and the added compliance.
+    /// Returns the mean approach over `patch`, from first touch at height 0 \[m\]. This approach is that of a punch on
+    /// half spaces alone, without the opening by the loads and the added compliance.
     pub(super) fn approach(&self, patch: &Patch, solution: &NormalSolution) -> f64 {
         let mut opening = self.opening();
         self.added.add_normal(&solution.pressure, &mut opening);

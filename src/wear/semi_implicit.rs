@@ -1,8 +1,8 @@
 //! First-order implicit wear step: implicit in the pressure, with the slip of its beginning.
 //!
-//! It solves one normal contact with the added wear compliance N α c. That is backward Euler: stable at any
-//! step, and of first order. It costs a third of the [`super::implicit`] step and estimates no error. It
-//! serves for comparison.
+//! The semi-implicit step solves one normal contact with the added wear compliance N α c. This method is
+//! backward Euler: stable at any step, and of first order. A semi-implicit step costs a third of the
+//! [`super::implicit`] step and estimates no error. The semi-implicit step serves for comparison.
 
 use super::WearLaw;
 use super::implicit::{StepBegin, begin};

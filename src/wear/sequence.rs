@@ -1,17 +1,17 @@
 //! March from sample to sample until the cycle is periodic.
 //!
 //! A step of second order aligns the shear at its end with the slip rate there, not with the slip Δv over the
-//! step. The backward difference of two steps gives this rate as Δv − β Δv'. Here Δv' belongs to the step
-//! before, β = w²/(1 + 2w), and w is the ratio of the steps' durations (BDF2,
-//! [Curtiss and Hirschfelder 1952]). If only the order of the samples counts, w is the ratio of their paths.
-//! The term −β Δv' is an offset of the tangential problem. It applies only to cells that also slid in the
-//! step before: a cell that begins to slip has no rate before it. Where the motion bends, β is multiplied by
-//! the cosine of the bend; that is of second order on a smooth path, and β is zero where the motion turns
-//! back. A cell dissipates its |Δv| times the mean of the limits at both ends.
+//! step. The backward difference of two steps gives this rate as Δv − β Δv'. The slip Δv' belongs to the step before,
+//! β = w²/(1 + 2w), and w is the ratio of the steps' durations (BDF2, [Curtiss and Hirschfelder 1952]). If only the
+//! order of the samples counts, w is the ratio of their paths. The term −β Δv' is an offset of the tangential problem. This
+//! offset applies only to cells that also slid in the step before, because a cell that begins to slip has no earlier
+//! slip rate. Where the motion bends, β is multiplied by the cosine of the bend. This factor is of second order on a
+//! smooth path, and β is zero where the motion turns back. A cell dissipates its |Δv| times the mean of the limits at
+//! both ends.
 //!
 //! A cell that closes within a step sticks to its position at closure, not to its position at the beginning
-//! of the step. Its motion until closure is another offset, at the rate of the step before. Without it the
-//! error under a varying load is of first order. The cell dissipates only while it is in contact.
+//! of the step. The motion of the cell until closure is another offset, at the rate of the step before. Without this
+//! offset the error under a varying load is of first order. The cell dissipates only while it is in contact.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -58,8 +58,8 @@ pub(super) struct SteadyStateMarch<'a> {
     stride: usize,
     /// Steps per cycle.
     steps: usize,
-    /// Steps after which the march repeats itself, up to the factor `sign`. This is half a cycle if the
-    /// second half is the negative of the first.
+    /// Steps after which the march repeats itself, up to the factor `sign`. The span is half a cycle if the second half
+    /// of the cycle is the negative of the first.
     span: usize,
     sign: f64,
     second_order: bool,
@@ -322,7 +322,7 @@ impl<'a> SteadyStateMarch<'a> {
     }
 
     /// Removes the mean of the shear now and at `begin`, half a cycle ago, from cells that stuck in between.
-    /// This shear only depends on the way to the cycle, and no cycle would change it.
+    /// The mean shear of a stuck cell depends only on the way to the cycle, and no cycle would change this mean.
     fn unlock(&mut self, begin: &ByAxis<Vec<f64>>, segments: &[Option<Segment>]) {
         let stuck = |c: usize| {
             let mut all = segments.iter().flatten();

@@ -1,9 +1,8 @@
 //! Width of the slip bands at the rims of the contact spots, in cells. A band thinner than a cell takes its
 //! energy from a few cells.
 //!
-//! Under a steady tangential force T, a cell slips if the normal load reduced by T/µ would leave it out of
-//! contact (Jäger 1998; Ciavarella 1998). The area of the slipping cells over the rim of the contact is the
-//! width of the band.
+//! Under a steady tangential force T, a cell slips if the cell would be out of contact at a normal load reduced by T/µ
+//! (Jäger 1998; Ciavarella 1998). The area of the slipping cells over the rim of the contact is the width of the band.
 
 use crate::grid::Patch;
 
@@ -16,9 +15,9 @@ const LEAST_REPORTED_ERROR: f64 = 0.2;
 /// than this error over the root of the number of spots, plus 1 %. The finer grids had 2 to 8 times as many
 /// cells along a side.
 const ERRORS_OF_SEVERAL_SPOTS: [(f64, f64); 2] = [(0.4, 1.2), (1.5, 0.25)];
-/// The same for a single spot, whose cells may lie alike on all sides. 416 round spots of 3 to 20 cells were
-/// compared with Mindlin's energy: they were off by up to 470 % below 0.15 cells, and by 41 to 70 % up to
-/// 0.6.
+/// Relative error of the energy of a single contact spot, whose cells may lie alike on all sides. The energies of 416
+/// round spots of 3 to 20 cells were compared with Mindlin's energy. The energies were off by up to 470 % for bands
+/// below 0.15 cells, and by 41 to 70 % for bands up to 0.6 cells.
 const ERRORS_OF_ONE_SPOT: [(f64, f64); 4] = [(0.15, 5.0), (0.4, 1.5), (0.8, 0.75), (1.5, 0.25)];
 /// Smallest spread at which the contact counts as one spot.
 const SINGLE_SPOT_SPREAD: f64 = 0.9;

@@ -25,21 +25,21 @@ use crate::terminal::Results;
 pub enum CampaignCommand {
     /// Plan a campaign: one row per run, with its resolved keys and its expected cost
     ///
-    /// Computes only the rehearsals. Planning again in the same folder may add rows after the last.
+    /// `campaign plan` computes only the rehearsals. Planning again in the same folder may add rows after the last row.
     Plan(PlanArguments),
-    /// Run rows, or continue them: one, a range, or all of them on this machine
+    /// Run or continue rows: one, a range, or all rows on this machine
     ///
-    /// Exits with 0 if all requested rows are done, and with 75 if a row was stopped: run the same command again to
-    /// continue. Rows that are done take no time. A row that fails does not stop the others.
+    /// `campaign run` exits with 0 if all requested rows are done, and with 75 if a row was stopped: run the same
+    /// command again to continue. Rows that are done take no time. A row that fails does not stop the other rows.
     Run(RunArguments),
     /// Show the progress of a campaign
     Status(FolderArguments),
     /// Append the completed runs to tables of many runs
     ///
-    /// Writes collected/shard-*.parquet: one row per iteration, with the index and the keys of its run. Shards are
-    /// never changed.
+    /// `campaign collect` writes collected/shard-*.parquet: one row per iteration, with the index and the keys of its
+    /// run. The command never changes an existing shard.
     Collect(FolderArguments),
-    /// Write one HTML page on the collected runs, and its tables
+    /// Write one HTML page on the collected runs, and the tables of the page
     ///
     /// The page has the final figures of the runs, bands over the cycles, the effect of each key on each figure, and
     /// the failed runs with the reasons.
@@ -77,8 +77,8 @@ pub struct ReportArguments {
     /// Folder of the campaign
     #[arg(long, value_name = "DIR")]
     pub dir: PathBuf,
-    /// File of the page; the tables go into the same folder, unless it is a device or a pipe [default: report.html in
-    /// the folder]
+    /// File of the page; the tables go into the same folder, unless the file is a device or a pipe [default:
+    /// report.html in the folder]
     #[arg(long, short, value_name = "FILE")]
     pub output: Option<PathBuf>,
     /// Print one JSON object: the rows of the tables
@@ -99,7 +99,7 @@ pub struct RunArguments {
     pub jobs: Option<usize>,
     /// Compute in this folder, as on a disk of the node, and store only the history at the end; with keep = "history"
     ///
-    /// A stopped row continues from this folder. If the folder is gone, the row starts again and gives the same
+    /// A stopped row continues from this folder. If the folder is gone, a stopped row starts again and gives the same
     /// results.
     #[arg(long, value_name = "FOLDER")]
     pub scratch: Option<PathBuf>,

@@ -314,7 +314,7 @@ fn grouped(resolved: &mut [Resolution]) -> Vec<usize> {
     firsts
 }
 
-/// Counts the rows with the content of an earlier row. Also returns the first such pair.
+/// Counts the rows with the content of an earlier row, and returns the first pair of rows with equal content.
 fn duplicate_rows(rows: &[PlannedRun]) -> Option<(usize, [usize; 2])> {
     let mut seen: BTreeMap<&str, usize> = BTreeMap::new();
     let (mut count, mut pair) = (0, None);

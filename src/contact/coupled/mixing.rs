@@ -3,8 +3,8 @@
 /// Number of stored differences between iterates.
 const DEPTH: usize = 4;
 
-/// A difference of residuals counts as dependent, and is dropped, if less than this fraction of it is orthogonal to the
-/// others. It is then rounding and inner error.
+/// A difference of residuals is dropped as dependent if less than this fraction of it is orthogonal to the other
+/// differences. A smaller orthogonal part is rounding and inner error.
 const DEPENDENT: f64 = 1e-3;
 
 /// Last iterate with its residual (next value less value), and the stored differences, newest last.

@@ -1,8 +1,8 @@
 //! Contact with friction of bodies that differ elastically (Dundurs β ≠ 0). Pressure then causes tangential
 //! displacement, and shear causes normal displacement.
 //!
-//! In a step, the bodies move normally and tangentially. Let p₀ and q₀ be the tractions before it. Find the pressure p
-//! and the shear q that satisfy the normal conditions (see [`super::normal`]) for the gap
+//! In a step, the bodies move normally and tangentially. Let p₀ and q₀ be the tractions before the step. Find the
+//! pressure p and the shear q that satisfy the normal conditions (see [`super::normal`]) for the gap
 //!
 //! g = K_zz p + K_zt q + D p − h − (the rigid normal motion)
 //!
@@ -10,21 +10,21 @@
 //!
 //! s = (the rigid tangential motion) − K_tt (q − q₀) − K_tz (p − p₀), K_tz = K_ztᵀ.
 //!
-//! The rigid motions are controlled as in those two modules.
+//! The rigid motions are controlled as in the modules of normal and tangential contact.
 //!
 //! For a given solution of the other problem, each problem is convex. The solver alternates between them
 //! (Panagiotopoulos 1975): the normal problem with heights h − K_zt q, and the tangential one with the offset −K_tz (p
-//! − p₀). It iterates on the normal displacement K_zt q. The next value is mixed from the last few, so that their
-//! changes cancel best (Anderson 1965). Without mixing, a round changes the tractions by about βµ times the change of
-//! the round before, or by β² times if everything sticks.
+//! − p₀). The solver iterates on the normal displacement K_zt q. The next iterate is mixed from the last few iterates,
+//! so that the changes of the iterates cancel best (Anderson 1965). Without mixing, a round changes the tractions by
+//! about βµ times the change of the round before, or by β² times if everything sticks.
 //!
 //! The result is certified on the joint conditions: the gap with the latest shear, and the duality gap of friction with
-//! the latest pressure. Neither depends on the mixing. For large βµ there may be several solutions or no solution. The
-//! iteration may then fail with [`ContactError::NotConverged`].
+//! the latest pressure. The gap and the duality gap do not depend on the mixing of the iterates. For large βµ there may
+//! be several solutions or no solution. For large βµ the iteration may fail with [`ContactError::NotConverged`].
 //!
 //! The history of the pressure matters. A point that closes in a step is treated as if it had been in contact, with the
-//! friction limit at the end of the step, during the whole step. So loads rise in steps, see [`indent`]; their number
-//! causes an error of first order.
+//! friction limit at the end of the step, during the whole step. [`indent`] therefore raises loads in steps; the number
+//! of steps causes an error of first order.
 //!
 //! [`super::stiffness::coupled`] computes the stiffness of the whole K.
 
@@ -37,16 +37,18 @@ use super::tangential::{self, Drive, TangentialOptions, TangentialProblem, Tange
 use crate::grid::ByAxis;
 use mixing::Mixing;
 
-/// Tolerance of the first normal solve. The shear of the first round will change the solution by more.
+/// Tolerance of the first normal solve. A tighter tolerance is useless, because the shear of the first round changes
+/// the solution by more.
 const FIRST_TOLERANCE: f64 = 1e-3;
 
 /// Tolerance of a normal solve, as a fraction of the joint error of the round before.
 const INNER_REDUCTION: f64 = 0.05;
 
-/// If a round leaves more than this fraction of the joint error, friction was not solved accurately enough.
+/// Fraction of the joint error that a round may leave. If a round leaves more, the friction solve was not accurate
+/// enough.
 const SLOW_REDUCTION: f64 = 0.2;
 
-/// Factor by which the tolerance of the duality gap is then reduced.
+/// Factor that reduces the tolerance of the duality gap after a round with an inaccurate friction solve.
 const TOLERANCE_REDUCTION: f64 = 0.01;
 
 /// Smallest tolerance of the duality gap: the rounding of its sums.
@@ -269,7 +271,7 @@ fn uncoupled(
     Ok(CoupledSolution { normal, tangential })
 }
 
-/// Alternates normal and tangential solves until the joint conditions hold.
+/// Alternates normal and tangential solves until the joint error is within the tolerance.
 fn alternate(
     half_space: &mut HalfSpace,
     problem: &CoupledProblem,
@@ -370,8 +372,8 @@ fn alternate(
     })
 }
 
-/// Scales shear at its limit along with the limit. Otherwise slipping cells would begin the next solve as sticking
-/// ones.
+/// Scales shear at the friction limit along with the limit. Without this scaling, slipping cells would begin the next
+/// solve as sticking cells.
 fn stay_at_limit(shear: &mut ByAxis<Vec<f64>>, friction: f64, old: &[f64], new: &[f64]) {
     for c in 0..old.len() {
         let size = shear.iter().map(|q| q[c] * q[c]).sum::<f64>().sqrt();
@@ -384,8 +386,8 @@ fn stay_at_limit(shear: &mut ByAxis<Vec<f64>>, friction: f64, old: &[f64], new: 
 }
 
 /// Solves the tangential problem of a round: to its own tolerance, then further if `tolerance` is smaller. The duality
-/// gap is of second order in the shear. So shears of equal gap still scatter by its root, and the rounds might never
-/// settle.
+/// gap is of second order in the shear. Shears of equal duality gap therefore scatter by the root of the gap, and the
+/// rounds might never converge.
 fn solve_friction(
     half_space: &mut HalfSpace,
     step: &TangentialProblem,

@@ -26,7 +26,7 @@ use solver::Solver;
 pub struct NormalProblem<'a> {
     /// Grid, and the cells that belong to the joint.
     pub patch: &'a Patch,
-    /// Composite height, positive towards the other body \[m\]. Only kept cells are read.
+    /// Composite height, positive towards the other body \[m\]. The solver reads the height of kept cells only.
     pub height: &'a [f64],
     /// Diagonal compliance D, added to that of the half spaces, ≥ 0 \[m/Pa\].
     pub compliance: Option<&'a [f64]>,
@@ -147,8 +147,8 @@ pub struct NormalSolution {
     pub moment: [f64; 2],
     /// Conjugate gradient iterations.
     pub iterations: usize,
-    /// Largest violation of the conditions on any cell. It is a displacement over that of one cell under the peak
-    /// pressure.
+    /// Largest violation of the conditions on any cell. The violation is a displacement, divided by the displacement of
+    /// one cell under the peak pressure.
     pub error: f64,
 }
 

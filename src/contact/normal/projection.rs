@@ -2,8 +2,8 @@
 //!
 //! The minimum of ½|p − t|² over 0 ≤ p ≤ p_max with given Σp, Σp y, −Σp x is p = clip(t + s) with a rigid motion s. If
 //! only the load is given, Σp grows with s, and Newton's method within a bracket finds s. If moments are given, s
-//! minimises a convex, piecewise quadratic function of three unknowns. Its gradient is the excess of the resultants.
-//! Newton's method with a line search finds this minimum.
+//! minimises a convex, piecewise quadratic function of three unknowns. The gradient of the function is the excess of
+//! the resultants. Newton's method with a line search finds the minimum of the function.
 
 use super::rigid::{Motions, RigidMotions};
 use crate::contact::sums::{extremes, sums};

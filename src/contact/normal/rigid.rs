@@ -1,8 +1,9 @@
 //! Unknown rigid motions of a normal contact, each in exchange for a given resultant of the pressure.
 //!
-//! A motion consists of an approach δ and two rotations θ. It brings a cell closer by δ + θ_x y − θ_y x. Its resultant
-//! is the sum of the pressure times that displacement. If the load is given, the approach is unknown. If the moments
-//! are given, both rotations are unknown too. Bodies of a structure may be free to move along any motions.
+//! A motion consists of an approach δ and two rotations θ. The motion brings a cell closer by δ + θ_x y − θ_y x. The
+//! resultant of a motion is the sum of the pressure times this displacement. If the load is given, the approach is
+//! unknown. If the moments are given, both rotations of the bodies are unknown. Bodies of a structure may be free to
+//! move along any motions.
 
 use crate::contact::sums::sum;
 use crate::grid::Grid;
@@ -66,7 +67,8 @@ impl RigidMotions {
         self.count == 0
     }
 
-    /// Returns true if a motion rotates the bodies. Otherwise the approach is the only motion, if there is one.
+    /// Returns true if a motion rotates the bodies. If no motion rotates the bodies, the approach is the only possible
+    /// unknown motion.
     pub(super) fn rotates(&self) -> bool {
         self.rotates
     }
@@ -101,8 +103,8 @@ impl RigidMotions {
     pub(super) fn resultants(&self, cells: &[usize], values: &[f64]) -> Motions {
         let mut sums = [0.0; 3];
         if self.rotates {
-            // Moments cancel, and many equal pressures round to the same side in each addition. So the rounding errors
-            // are summed as well [Neumaier 1974].
+            // Moments cancel, and many equal pressures round to the same side in each addition. The sums therefore
+            // include the rounding errors of the additions [Neumaier 1974].
             let mut rounding_errors = [0.0; 3];
             for (&c, value) in cells.iter().zip(values) {
                 let fields = self.fields(c);

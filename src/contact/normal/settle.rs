@@ -1,13 +1,14 @@
 //! Rigid motion where the elastic cells do not determine it.
 //!
-//! With one elastic cell, or with elastic cells in a line, only the resultants hold bodies that are free to rotate. The
-//! contact is then solved if some motion leaves every open cell a gap. This module minimises the sum of the squares of
-//! all violations, a convex, piecewise quadratic function, by Newton's method. It shortens each step until it descends.
-//! Violations that remain are a descending pressure step without resultants.
+//! With one elastic cell, or with elastic cells in a line, the cells do not resist every rotation of the bodies. Such a
+//! contact is solved if some rigid motion gives every open cell a gap. The module `settle` minimises the sum of the
+//! squares of all violations, a convex, piecewise quadratic function, by Newton's method. Newton's method shortens each
+//! step until the sum of the squares decreases. The remaining violations are a descending pressure step without
+//! resultants.
 
 use super::rigid::{Motions, RigidMotions};
 
-/// Bound on Newton steps. The method ends on a piecewise quadratic function.
+/// Bound on Newton steps. Newton's method ends on a piecewise quadratic function.
 const MAX_STEPS: usize = 100;
 
 /// Halvings of a step after which the remaining violation counts as rounding.

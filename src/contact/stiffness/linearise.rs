@@ -35,7 +35,8 @@ impl Shear {
     }
 }
 
-/// Creates the far-field correction for a traction. It neglects the small contribution of the other tractions.
+/// Creates the far-field correction for a traction. The correction neglects the small contribution of the other
+/// tractions.
 fn far_field(half_space: &HalfSpace, traction: Traction) -> FarFieldCorrection {
     let pair = half_space.pair();
     let (a, b) = (pair.compliance(), pair.lateral_compliance());

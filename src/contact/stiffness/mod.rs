@@ -1,11 +1,12 @@
-//! Contact stiffness by exact linearisation on the contact set: no cell enters, leaves or slips.
+//! Contact stiffness by exact linearisation on the contact set. No cell enters the set, leaves the set or slips.
 //!
 //! kn is the slope dN/dδ of the indentation curve, kt the slope dT/dδ at full stick. Capped cells carry a fixed
 //! pressure, so they count in kt but not in kn.
 //!
 //! [`normal`] and [`tangential`] use the diagonal blocks of K: kn where the surfaces slide freely, kt at given
-//! pressures. [`coupled`] uses the whole K, for bodies that differ elastically and cells that stick. A normal motion
-//! then causes shear and a tangential motion causes pressure. Both become stiffer by a fraction of order β².
+//! pressures. [`coupled`] uses the whole K, for bodies that differ elastically and cells that stick. With the whole K,
+//! a normal motion causes shear and a tangential motion causes pressure. The normal and the tangential stiffness
+//! increase by a fraction of order β².
 //!
 //! ```
 //! use fretwear::contact::{Boundary, Elastic, HalfSpace, Pair, stiffness};
@@ -38,23 +39,25 @@ use super::half_space::{Boundary, HalfSpace, Shear};
 use super::tangential::{compliance, stiffness};
 use crate::grid::ByAxis;
 
-/// Relative error of the tractions, in the energy norm, at which a solve stops. The stiffness is that energy, so its
-/// relative error is at most the square. The estimated energy of further iterations is added to it, so that it is
-/// accurate to 1e-7.
+/// Relative error of the tractions, in the energy norm, at which a solve stops. The stiffness is that energy, so the
+/// relative error of the stiffness is at most the square of the tolerance. The estimated energy of further iterations
+/// is added to the stiffness, so that the stiffness is accurate to 1e-7.
 pub const TOLERANCE: f64 = 2e-4;
 
 /// Tolerance of the tractions for a stiffness that is reported for a contact. The contact itself is solved to some
 /// 1e-6.
 pub const FIGURE_TOLERANCE: f64 = 1e-3;
 
-/// Tolerance of the tractions for a stiffness that is only compared with another. Its error is some 1e-4.
+/// Tolerance of the tractions for a stiffness that is only compared with another. The error of such a stiffness is
+/// about 1e-4.
 pub const COMPARISON_TOLERANCE: f64 = 1e-2;
 
-/// Tolerance of the tractions where the densities of single cells are used. These have an error of this order.
+/// Tolerance of the tractions where the densities of single cells are used. The relative error of the densities is
+/// about this tolerance.
 const LOCAL_TOLERANCE: f64 = 3e-6;
 
-/// Tolerance of the tractions where several motions are combined. Their resultants are accurate to its square, and
-/// their differences lose some digits.
+/// Tolerance of the tractions where several motions are combined. The resultants of each motion are accurate to the
+/// square of this tolerance, and the differences of resultants lose some digits.
 const COMBINED_MOTIONS_TOLERANCE: f64 = 1e-4;
 
 /// A stiffness against rotation below this fraction of the sum of its terms is rounding: the cells do not resist.
@@ -70,8 +73,8 @@ pub struct Stiffness {
     /// Traction per displacement on each cell, 0 off the set; one field per axis \[Pa/m\]. If only the total was
     /// requested, the densities are accurate to some 1e-4 of the whole.
     pub density: ByAxis<Vec<f64>>,
-    /// Resultant along the displacement \[N/m\]. It is infinite for a full periodic contact, where no load causes a
-    /// displacement relative to the mean.
+    /// Resultant along the displacement \[N/m\]. The stiffness is infinite for a full periodic contact, where no load
+    /// causes a displacement relative to the mean.
     pub total: f64,
     /// Conjugate gradient iterations.
     pub iterations: usize,
@@ -135,8 +138,8 @@ pub fn local_normal(half_space: &mut HalfSpace, set: &[bool]) -> Result<Stiffnes
 
 /// Computes kn over the cells of `set` for bodies that may rotate: dN/dδ at constant moments about the grid's centre.
 ///
-/// S holds the resultants of the pressures under a unit approach and unit rotations; the result is 1/(S⁻¹)₀₀. A
-/// rotation that the cells do not resist stays zero.
+/// The matrix S contains the resultants of the pressures under a unit approach and unit rotations. The result is
+/// 1/(S⁻¹)₀₀. A rotation that the cells do not resist stays zero.
 pub fn normal_with_rotation(
     half_space: &mut HalfSpace,
     set: &[bool],
@@ -268,8 +271,8 @@ pub fn tangential_to(
     tangential_from(half_space, set, shear, tolerance, None)
 }
 
-/// Computes [`tangential_to`], starting from kn of the same contact. Its pressures are nearly proportional to the
-/// shear.
+/// Computes [`tangential_to`], starting from kn of the same contact. The pressures of kn are nearly proportional to the
+/// shear of kt.
 pub fn tangential_from(
     half_space: &mut HalfSpace,
     set: &[bool],

@@ -14,10 +14,10 @@ const FORCINGS: (f64, f64) = (1e-3, 0.1);
 /// Free directions of the shear on a contact cell in a Newton step.
 #[derive(Clone, Copy)]
 pub(super) enum FreeDirections<const A: usize> {
-    /// Both components of the shear are free.
+    /// Both components of the shear of a stick cell are free.
     Stick,
-    /// Only the angle is free: along the unit tangent, with the compliance (s·q̂)/µp that resists a rotation of the
-    /// shear.
+    /// Only the angle of the shear of a slip cell is free. The shear changes along the unit tangent, and the compliance
+    /// (s·q̂)/µp resists a rotation of the shear.
     Slip { tangent: Vector<A>, compliance: f64 },
 }
 
@@ -219,7 +219,8 @@ impl<const A: usize> FreeDirections<A> {
     }
 }
 
-/// Returns the relative residual at which an inner solve stops. It is loose while the cells still change.
+/// Returns the relative residual at which an inner solve stops. The relative residual is large while cells still change
+/// between stick and slip.
 fn forcing(error: f64) -> f64 {
     (FORCING * error.sqrt()).clamp(FORCINGS.0, FORCINGS.1)
 }

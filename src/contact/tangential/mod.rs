@@ -2,7 +2,7 @@
 //! without a rotation about z.
 //!
 //! A step moves the bodies against each other by Δδ and rotates them by Δθ about the centre of the grid. Let q₀ be the
-//! shear before it. Find the shear q such that the slip
+//! shear before the step. Find the shear q such that the slip
 //!
 //! s = Δδ + Δθ ẑ×r + g − K(q − q₀)
 //!
@@ -12,15 +12,17 @@
 //! F(q) = ½ (q − q₀)ᵀK(q − q₀) − (Δδ + Δθ ẑ×r + g)ᵀ(q − q₀) over the discs |q| ≤ µp,
 //!
 //! If a force or a moment is given instead, the minimum is over the shears in the discs with this resultant; the
-//! displacement is then its multiplier. The unknowns are both components of q on stick cells and its *angle* on slip
-//! cells, in the subspace of constant resultants. A step is projected into the discs (and onto the resultants). If it
-//! does not lower F enough, it is shortened to the minimum on its chord; the set is convex, so the chord stays inside.
-//! The solver begins with projected conjugate gradient steps, which cost one convolution each. It changes to a
-//! semi-smooth Newton method if these stagnate, or if nearly all cells slide in the plane. It takes projected gradient
+//! displacement is the Lagrange multiplier of the resultant. The unknowns are both components of q on stick cells and
+//! its *angle* on slip cells, in the subspace of constant resultants. A step is projected into the discs (and onto the
+//! resultants). If the projected step does not lower F enough, the step is shortened to the minimum of F on the chord.
+//! The set of admissible shears is convex, so the chord stays inside the set. The solver begins with projected
+//! conjugate gradient steps, which cost one convolution each. The solver changes to a semi-smooth Newton method if the
+//! conjugate gradient steps stagnate, or if nearly all cells slide in the plane. The solver takes projected gradient
 //! steps, along which F always falls, if the chord does not descend or the Newton steps stagnate.
 //!
-//! The certificate is the relative duality gap Σ(µp|s| − q·s)/Σ µp|s|. It bounds the error of F and of the dissipation,
-//! which a small change of q or of the force does not. It uses a slip that is computed anew from the returned shear.
+//! The certificate is the relative duality gap Σ(µp|s| − q·s)/Σ µp|s|. The gap bounds the error of F and of the
+//! dissipation; a small change of q or of the force gives no such bound. The gap uses a slip that is computed anew from
+//! the returned shear.
 //!
 //! ```
 //! use fretwear::contact::normal::{self, NormalOptions, NormalProblem};
@@ -119,10 +121,10 @@ pub struct TangentialOptions {
     /// the end of a chord and inside it in between, so a short trial is better than a long one.
     pub chord_fraction: f64,
     /// Relative distance from the limit within which a shear may count as slipping in a Newton step, if the slip drives it
-    /// beyond the limit. If only shears on the circle counted, a shortened chord would leave all cells just inside it, and
-    /// they would stick again in the next step.
+    /// beyond the limit. With a width of zero, a shortened chord would leave the shear of all cells just inside the circle,
+    /// and the cells would stick again in the next step.
     pub circle_width: f64,
-    /// Largest fraction of the tolerance that an inner solve leaves as error on sticking cells.
+    /// Largest error of an inner solve on sticking cells, as a fraction of the tolerance of the tangential solve.
     pub inner_share: f64,
 }
 
@@ -161,8 +163,8 @@ pub enum CellState {
 pub struct TangentialSolution {
     /// Shear q at the end of the step, one field per axis \[Pa\].
     pub shear: ByAxis<Vec<f64>>,
-    /// Slip s in the step, one field per axis \[m\]. It is exactly 0 on stick cells, and the kinematic Δδ − Δu on open
-    /// kept cells.
+    /// Slip s in the step, one field per axis \[m\]. The slip is exactly 0 on stick cells, and is the kinematic Δδ − Δu
+    /// on open kept cells.
     pub slip: ByAxis<Vec<f64>>,
     /// State of each cell.
     pub state: Vec<CellState>,
@@ -186,7 +188,7 @@ pub struct TangentialSolution {
     /// stick cells counts as error.
     pub dissipation_error: f64,
     /// Largest difference between a given and a computed force, as a fraction of Σ µp dA. A moment is divided by half
-    /// the grid's diagonal. It is 0 if no force is given.
+    /// the grid's diagonal. The error of the force is 0 if no force is given.
     pub force_error: f64,
 }
 
@@ -209,12 +211,12 @@ pub fn solve(
     }
 }
 
-/// Evaluates a given shear as if it were the solution. Clips it to the limits, moves it to the given forces and
-/// computes its slip. [`TangentialSolution::error`] is then the relative duality gap of this shear. Costs one
-/// convolution.
+/// Evaluates a given shear as if it were the solution. `evaluate` clips the shear to the limits, moves it to the given
+/// forces and computes its slip. [`TangentialSolution::error`] is the relative duality gap of this shear. An evaluation
+/// costs one convolution.
 ///
 /// # Errors
-/// The same errors as [`solve`], except [`ContactError::NotConverged`].
+/// Returns the errors of [`solve`], except [`ContactError::NotConverged`].
 pub fn evaluate(
     half_space: &mut HalfSpace,
     problem: &TangentialProblem,

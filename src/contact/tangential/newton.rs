@@ -379,7 +379,8 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
     }
 
     /// Turns the direction in `step` into a step to a point inside the discs with the required resultants. Slip cells
-    /// rotate their shear. Stick cells that leave their disc stop on its circle. Returns false if no such step exists.
+    /// rotate their shear. The shear of a stick cell that leaves the disc |q| ≤ µp stops on the circle |q| = µp.
+    /// Returns false if no such step exists.
     pub(super) fn turn_and_project(&mut self) -> bool {
         let balanced = !self.resultants.required.is_empty();
         let cells = self.shear.iter().zip(&self.limit).zip(&self.freedom);

@@ -70,7 +70,8 @@ impl<'h, const A: usize> Operator<'h, A> {
         self.gather(values);
     }
 
-    /// Adds `part` of the last result of [`Operator::compliance`] to the displacement field, off the contact too.
+    /// Adds `part` times the last result of [`Operator::compliance`] to the displacement of all cells, including cells
+    /// outside the contact.
     pub(super) fn add(&mut self, part: f64) {
         for (field, output) in self.field.iter_mut().zip(&self.output) {
             for (u, increment) in field.iter_mut().zip(output) {

@@ -122,13 +122,13 @@ impl<const A: usize> Resultants<A> {
         lack.iter().fold(0.0f64, |m, l| m.max(l.abs())) / largest
     }
 
-    /// Finds the amounts c such that the shears `target` + Σ c r, clipped to their discs, have the required sums. This
-    /// turns the projection into the discs into a projection onto shears with those sums. Returns `None` if friction
-    /// does not carry the sums.
+    /// Finds the amounts c such that the shears `target` + Σ c r, clipped to their discs, have the required sums. The
+    /// amounts c turn the projection into the discs into a projection onto shears with the required sums. Returns
+    /// `None` if friction does not carry the sums.
     ///
     /// c minimises a convex function whose gradient is the excess of the sums. Newton's method with a line search finds
-    /// it. If the targets are far beyond the limits, the function has edges instead of curves. The minimum is then
-    /// approached through larger limits, with the sums enlarged equally.
+    /// the minimum. If the targets are far beyond the limits, the function has edges instead of curves. The search then
+    /// approaches the minimum through larger limits, with equally enlarged sums.
     pub(super) fn balance(&self, target: &[Vector<A>], limit: &[f64]) -> Option<Motions> {
         if self.required.is_empty() {
             return Some([0.0; MOTIONS]);
@@ -195,8 +195,9 @@ impl<const A: usize> Resultants<A> {
         (amounts, current.largest_error())
     }
 
-    /// Follows `step` to where the function hardly falls any more. If the targets are far beyond the limits, its slope
-    /// there is a staircase, so the point is bracketed and then bisected. Returns `None` if rounding ends the search.
+    /// Follows `step` until the convex function of [`Self::balance`] hardly decreases. If the targets are far beyond
+    /// the limits, the slope of the function is a staircase, so the search brackets the point and then bisects. Returns
+    /// `None` if rounding ends the search.
     fn line_search(
         &self,
         start: Motions,

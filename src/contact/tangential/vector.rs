@@ -48,8 +48,8 @@ pub(super) fn into_disc<const A: usize>(a: Vector<A>, limit: f64) -> Vector<A> {
     }
 }
 
-/// Returns the change of a vector that rotates by 2 arctan(`angle`/2). This equals `angle` up to third order, and needs
-/// no sine or cosine.
+/// Returns the change of a vector that rotates by 2 arctan(`angle`/2). The angle 2 arctan(`angle`/2) equals `angle` up
+/// to third order, and its rotation needs no sine or cosine.
 pub(super) fn nearly_turn<const A: usize>(a: Vector<A>, angle: f64) -> Vector<A> {
     if A == 1 {
         return [0.0; A];
@@ -59,8 +59,9 @@ pub(super) fn nearly_turn<const A: usize>(a: Vector<A>, angle: f64) -> Vector<A>
     plus(scaled(-half * part, a), part, quarter_turn(a))
 }
 
-/// Returns the change of a vector that rotates by `angle`. The formula avoids differences of nearly equal numbers.
-/// Otherwise the rounding of the shear of sliding cells would exceed the last, small steps of the sticking cells.
+/// Returns the change of a vector that rotates by `angle`. The formula avoids differences of nearly equal numbers. With
+/// such differences, the rounding of the shear of sliding cells would exceed the last, small steps of the sticking
+/// cells.
 pub(super) fn turn<const A: usize>(a: Vector<A>, angle: f64) -> Vector<A> {
     let (sin, half) = (angle.sin(), (0.5 * angle).sin());
     plus(scaled(-2.0 * half * half, a), sin, quarter_turn(a))

@@ -423,7 +423,8 @@ fn verb([first, last]: [f64; 2]) -> &'static str {
     if last > first { "rises" } else { "falls" }
 }
 
-/// Formats the relative change in percent, or returns an empty text if the two values say more.
+/// Formats the relative change from the first to the last value in percent. Returns an empty text if the value did not
+/// change, changed its sign, or grew by a factor of ten.
 fn change([first, last]: [f64; 2]) -> String {
     let change = 100.0 * (last / first - 1.0);
     // Beyond a factor of ten the two values say more than the change.

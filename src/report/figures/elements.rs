@@ -111,13 +111,14 @@ impl Lattice {
     /// Assigns cells of the joint to elements.
     ///
     /// An element at a node covers the part of the joint that is nearest to its node: half a cell of the mesh to each
-    /// side. It covers nothing beyond an edge or in the hole.
+    /// side. The element covers nothing beyond an edge of the joint or in the hole.
     fn new(array: &ContactArray, at_nodes: bool, places: &[[f64; 2]]) -> Lattice {
         let size = array.size;
         let parts = if at_nodes { 2 } else { 1 };
         let place = |value: f64, d: usize| {
             let place = (value / size[d] + 0.5) * array.counts[d] as f64;
-            // The position of a face is its centre, in the middle of a cell. A node is at the corner of cells.
+            // The position of a face element is the centre of the face, in the middle of a cell. A node is at the
+            // corner of cells.
             let place = if at_nodes {
                 place.round()
             } else {

@@ -28,7 +28,7 @@ pub fn figures(study: &ReportedRuns) -> Result<Vec<Figure>, ReportError> {
     let (mut drawings, mut sources, mut areas) = (Vec::new(), Vec::new(), Vec::new());
     let tables = [TableName::Hysteresis, TableName::JointCycle];
     for (table, view) in tables.into_iter().zip([&fine, &elements]) {
-        // Both panels show the same states if possible.
+        // The panel of the fine contact and the panel of the contact elements show the same states if possible.
         let states = states_with(study, table, &tables, LOOPS)?;
         let charts = panel_charts(&states, view);
         if charts.is_empty() {

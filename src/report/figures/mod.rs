@@ -52,7 +52,7 @@ pub const MAIN: usize = 4;
 /// Draws all figures that the runs have the physics for: the main figures, then the others in the order of the paper.
 ///
 /// # Errors
-/// [`ReportError`] for a table that cannot be read and for a figure that cannot be drawn.
+/// Returns [`ReportError`] for a table that cannot be read and for a figure that cannot be drawn.
 pub fn figures(study: &ReportedRuns) -> Result<Vec<Figure>, ReportError> {
     let mut figures = surface::figures(study)?;
     figures.extend(response::figures(study)?);
@@ -111,8 +111,8 @@ fn colour_range<'a>(values: impl IntoIterator<Item = &'a f64>) -> Option<[f64; 2
     Some([at(OUTERMOST), at(1.0 - OUTERMOST)])
 }
 
-/// Returns the upper end of the colours for a field that is zero in most cells. Only positive values count, so that a
-/// few loaded or worn cells stay visible.
+/// Returns the upper end of the colours for a field that is zero in most cells. The upper end depends only on the
+/// positive values, so that a few loaded or worn cells stay visible.
 fn colour_top<'a>(values: impl IntoIterator<Item = &'a f64>) -> Option<f64> {
     let positive = values.into_iter().filter(|value| **value > 0.0);
     colour_range(positive).map(|[_, top]| top)

@@ -41,8 +41,8 @@ pub fn states(
 
 /// Selects the states to draw: one list per drawing, with the heading of the drawing.
 ///
-/// A single run has one drawing with at most `most` states of wear. They have all of `tables`, if such states exist.
-/// Several runs have two drawings: the unworn states, and the last states.
+/// A single run has one drawing with at most `most` states of wear. The selected states have all of `tables`, if such
+/// states exist. Several runs have two drawings: one of the unworn states, and one of the last states.
 pub fn states_with(
     study: &ReportedRuns,
     table: TableName,

@@ -37,7 +37,7 @@ struct Section<'a> {
 /// Draws the sections of all runs along x through the point `line` \[m\].
 ///
 /// # Errors
-/// [`ReportError`] for a table that cannot be read and for a figure that cannot be drawn.
+/// Returns [`ReportError`] for a table that cannot be read and for a figure that cannot be drawn.
 pub fn figure(
     study: &ReportedRuns,
     fields: &[(&ReportedRun, Vec<f64>)],
@@ -136,8 +136,8 @@ pub fn figure(
     })
 }
 
-/// Returns the pressure axis, which is the same for all runs. It is logarithmic if the peaks of the states differ by a
-/// decade.
+/// Returns the pressure axis, which is the same for all runs. The pressure axis is logarithmic if the peak pressures of
+/// the states differ by a decade.
 fn common_pressure_axis(sections: &[Section], pressures: &[f64], unit: Unit) -> Axis {
     let label = axis_label("pressure", unit.symbol);
     let states = sections.iter().flat_map(|section| &section.states);

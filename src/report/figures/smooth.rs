@@ -50,8 +50,8 @@ fn branch(points: &[[f64; 2]], line: &mut Vec<[f64; 2]>) {
         return;
     }
     let last = slopes.len();
-    // The slope at an end comes from the parabola through three points. It is limited so that the curve stays between
-    // its points.
+    // The slope at an end comes from the parabola through three points. The slope at an end is limited so that the
+    // curve stays between its points.
     let at_end = |near: usize, far: usize| {
         let [h, next] = [widths[near], widths[far]];
         let slope = ((2.0 * h + next) * slopes[near] - h * slopes[far]) / (h + next);

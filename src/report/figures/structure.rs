@@ -138,7 +138,8 @@ impl Ports {
 }
 
 impl Shape {
-    /// Computes the shape as a sum of modes under the stored forces. It excludes the residual of the truncated modes.
+    /// Computes the shape as a sum of modes under the stored forces. The shape excludes the residual of the truncated
+    /// modes.
     fn read(run: &ReportedRun) -> Result<Option<Shape>, ReportError> {
         let last = run.tables.latest();
         let tables = (

@@ -38,7 +38,7 @@ impl<'a> ReportedRuns<'a> {
     /// Reads the summaries of the runs.
     ///
     /// # Errors
-    /// [`ReportError`] for a table that cannot be read.
+    /// Returns [`ReportError`] for a table that cannot be read.
     pub fn read(runs: &'a [RunTables]) -> Result<ReportedRuns<'a>, ReportError> {
         let count_of_name = |name: &str| runs.iter().filter(|run| run.name() == name).count();
         let read = |(place, tables): (usize, &'a RunTables)| {
@@ -67,7 +67,7 @@ impl<'a> ReportedRuns<'a> {
         self.runs.iter().map(|run| run.label.as_str()).collect()
     }
 
-    /// Returns true for a report of one run. Its curves are states of wear, not runs.
+    /// Returns true for a report of one run. The curves of such a report are states of wear, not runs.
     pub fn is_single(&self) -> bool {
         self.runs.len() == 1
     }
@@ -78,8 +78,8 @@ impl<'a> ReportedRuns<'a> {
         quantity::unit_of(CYCLES, quantity::largest(all))
     }
 
-    /// Returns the unit of a column of `summary` for the whole page. It suits the largest of the first and last values
-    /// of all runs.
+    /// Returns the unit of a column of `summary` for the whole page. The unit suits the largest of the first and last
+    /// values of all runs.
     pub fn unit(&self, column: &str, units: Units) -> Unit {
         let columns = self.runs.iter().filter_map(|run| run.column(column));
         let ends = columns.flat_map(|values| [values.first().copied(), values.last().copied()]);
@@ -233,7 +233,7 @@ impl ReportedRun<'_> {
     /// Returns the iterations that have a table: at most `most`, with the first and the last.
     ///
     /// # Errors
-    /// [`ReportError`] for an iteration that cannot be read.
+    /// Returns [`ReportError`] for an iteration that cannot be read.
     pub fn iterations_with(&self, table: TableName, most: usize) -> Vec<u64> {
         let has = |k: &&u64| {
             let commit = self.tables.reader().commit_of(**k);
@@ -297,7 +297,7 @@ impl ReportedRun<'_> {
     /// `None` if the iteration has no such field.
     ///
     /// # Errors
-    /// [`ReportError`] for a table that cannot be read.
+    /// Returns [`ReportError`] for a table that cannot be read.
     pub fn field(
         &self,
         wear_iteration: u64,
@@ -311,7 +311,7 @@ impl ReportedRun<'_> {
     /// Returns the heights of the unworn surface \[m\]. A cell outside the joint is NaN.
     ///
     /// # Errors
-    /// [`ReportError`] for a table that cannot be read.
+    /// Returns [`ReportError`] for a table that cannot be read.
     pub fn heights(&self) -> Result<Option<Vec<f64>>, ReportError> {
         let Some(frame) = self.tables.run_table(TableName::Surface)? else {
             return Ok(None);

@@ -152,7 +152,8 @@ pub fn ticks([low, high]: [f64; 2], log: bool, most: f64) -> Vec<f64> {
     (0..count).map(|k| (first + k as f64) * step).collect()
 }
 
-/// Formats the number at a tick. It has the digits that distinguish it from its neighbours, without rounding errors.
+/// Formats the number at a tick. The number has the digits that distinguish it from the neighbouring ticks, without
+/// rounding errors.
 pub fn tick(value: f64, [low, high]: [f64; 2], log: bool) -> String {
     let span = high - low;
     if log || value.abs() >= 1e6 || span < 1e-6 {

@@ -133,7 +133,8 @@ const RING: f64 = 6.0;
 const CAP: f64 = 3.0;
 /// Margin of the plot, so that dots at its edge are completely visible.
 const MARGIN: f64 = 8.0;
-/// Relative error from which on a value is very uncertain. Its point is hollow and has no bar.
+/// Relative error from which on a value is very uncertain. The point of a very uncertain value is hollow and has no
+/// error bar.
 pub const UNCERTAIN: f64 = 0.9;
 /// Lower end of a logarithmic axis, relative to the value at the position of 0.
 pub const BEFORE_ZERO: f64 = 0.9;
@@ -176,7 +177,7 @@ impl Chart {
             (upwards(&self.y.label, [0.8 * TEXT, top + height / 2.0]))
             svg class="plot" x=(at_x) y=(at_y) width=(w) height=(h) viewBox={ (at_x) " " (at_y) " " (w) " " (h) }
                 data-x=(escape_controls(&x.data())) data-y=(escape_controls(&y.data())) {
-                // This rectangle catches the pointer where nothing is drawn.
+                // The invisible rectangle catches the pointer in empty parts of the plot.
                 rect x=(at_x) y=(at_y) width=(w) height=(h) fill="none" pointer-events="all" {}
                 @for band in &self.bands { (area(band, &x, &y)) }
                 @for curve in &self.curves { (self.curve(curve, &x, &y)) }
@@ -218,7 +219,7 @@ impl Chart {
         places
     }
 
-    /// Returns the position of the ordinate. Its numbers determine the room to its left.
+    /// Returns the position of the ordinate. The numbers of the ordinate determine the room to its left.
     fn left(&self) -> f64 {
         LEFT + self.y.widest(self.range(1)).max(NUMBERS)
     }
@@ -321,8 +322,8 @@ impl Chart {
         let at = |[px, py]: [f64; 2]| [x.position(px), y.position(py)];
         let bar_of = |[px, py]: [f64; 2], bar: f64| {
             let ends = [py - bar, py + bar].map(|end| at([px, end]));
-            // On a logarithmic axis, a bar that reaches zero or below leaves the plot. A bar within its dot is not
-            // drawn.
+            // On a logarithmic axis, an error bar that reaches zero or below extends beyond the plot. An error bar
+            // within its dot is not drawn.
             let ends = ends.map(|[x, y]| [x, if y.is_finite() { y } else { 1e4 }]);
             let is_visible = is_shown(bar, py) && (ends[0][1] - ends[1][1]).abs() > 2.0 * DOT;
             is_visible.then(|| {

@@ -77,7 +77,8 @@ const DASHES: [&str; STYLES] = [
     "7.5 2.5 2 2.5 2 2.5",
     "1.5 2",
 ];
-/// Colour of cells without contact. It is not in the colour scale and differs from the hatching outside the joint.
+/// Colour of cells without contact. The colour of cells without contact is not in the colour scale and differs from the
+/// hatching outside the joint.
 const EMPTY: &str = "#c3c9ce";
 /// Colour of the hatching outside the joint.
 const HATCHING: &str = "#808a91";
@@ -202,7 +203,8 @@ fn rect(class: &str, place: [f64; 4]) -> Markup {
     html! { rect class=(class) x=(x) y=(y) width=(width) height=(height) {} }
 }
 
-/// Draws a text. Its vertical middle and its `anchor` (`start`, `middle` or `end`) are at the position.
+/// Draws a text. The vertical middle of the text and its `anchor` (`start`, `middle` or `end`) are at the position
+/// `at`.
 fn text(text: &str, at: [f64; 2], anchor: &str) -> Markup {
     let [x, y] = at.map(two);
     html! { text class="ink" x=(x) y=(y) dy=".35em" font-size=(TEXT) text-anchor=(anchor) { (escape_controls(text)) } }

@@ -177,7 +177,7 @@ impl Chart {
         let margin = margin.max().unwrap_or(0);
         let columns = width.saturating_sub(margin + 2).max(40);
         let column = |value: f64| (x.part(value) * (columns - 1) as f64).round();
-        // The last line is the axis. It also holds labels at the lower edge.
+        // The last line of the chart contains the axis and the labels at the lower edge.
         let mut cells = vec![vec![' '; columns]; rows];
         cells.push(vec!['-'; columns]);
         for (bound, _) in &self.bounds {
@@ -231,8 +231,8 @@ impl Chart {
         text
     }
 
-    /// Returns the chart as an SVG. It inherits light or dark colours from its page, but a `file` has its own style
-    /// sheet.
+    /// Returns the chart as an SVG. The SVG inherits light or dark colours from its page, but the SVG of a `file` has
+    /// its own style sheet.
     pub fn svg(&self, file: bool) -> Markup {
         const SIZE: [f64; 2] = [800.0, 580.0];
         const FRAME: Place = [76.0, 58.0, 768.0, 452.0];

@@ -16,15 +16,15 @@ pub struct Figure {
     pub name: &'static str,
     /// Title for readers.
     pub title: &'static str,
-    /// True if the presets promise a bound of its error.
+    /// True if the presets promise a bound of the error of the figure.
     pub promised: bool,
     /// Reads the figure from a summary. Returns `None` for the field.
     read: fn(&Summary) -> Option<f64>,
-    /// Reads its error bar from a summary. Returns `None` for the field.
+    /// Reads the error bar of the figure from a summary. Returns `None` for the field.
     bar: fn(&Summary) -> Option<f64>,
 }
 
-/// Index of the figure that is a field. It has no single value, and its error is an L1 distance.
+/// Index of the figure that is a field. A field has no single value, and the error of a field is an L1 distance.
 pub const FIELD: usize = 1;
 
 macro_rules! figure {
@@ -190,8 +190,8 @@ fn seconds_of(timing: &typed::Timing) -> f64 {
 
 /// Returns the relative noise of the seconds of two equal runs.
 ///
-/// It is the sum of absolute differences of the iterations, so that they do not cancel, relative to the mean time of
-/// both runs. Returns `None` if the runs cannot be compared.
+/// The noise is the sum of the absolute differences between the iterations, relative to the mean time of both runs.
+/// Absolute differences do not cancel. Returns `None` if the runs cannot be compared.
 pub fn noise(first: &[f64], second: &[f64]) -> Option<f64> {
     let pairs = || first.iter().zip(second);
     let difference: f64 = pairs().map(|(a, b)| (a - b).abs()).sum();

@@ -48,7 +48,8 @@ pub struct KnobEffect {
     pub knob: &'static str,
     /// Value of the knob.
     pub value: String,
-    /// Saved cost against `balanced`, in the measure of the trade. It is negative if the variant costs more.
+    /// Saved cost against `balanced`, in the measure of the trade. The saved cost is negative if the variant costs
+    /// more.
     pub saved: f64,
     /// Saved cost, relative to the cost of `balanced`.
     pub saved_part: f64,
@@ -202,8 +203,8 @@ fn is_finer(trade: &Trade, row: &Row) -> bool {
     base.is_some_and(|(_, _, size)| row.variant.size > *size)
 }
 
-/// Returns the smallest significant difference of costs, relative to the cost of `balanced`. It is unknown for seconds
-/// of unknown noise.
+/// Returns the smallest significant difference of costs, relative to the cost of `balanced`. Returns `None` for costs
+/// in seconds if the noise of the seconds is unknown.
 fn cost_resolution(trade: &Trade) -> Option<f64> {
     match trade.cost_measure {
         Cost::FftPairs => Some(0.0),
@@ -211,8 +212,8 @@ fn cost_resolution(trade: &Trade) -> Option<f64> {
     }
 }
 
-/// Returns false if another mesh changes a figure, promised or not, by more than the bound. Such a mesh makes another
-/// joint, which is no saving.
+/// Returns false if another mesh changes a figure, promised or not, by more than the bound. A mesh with such a change
+/// describes another joint, so its lower cost is not a saving.
 fn is_same_joint(row: &Row, bound: f64) -> bool {
     let is_within = |error: &Option<f64>| error.is_none_or(|error| error.abs() <= bound);
     row.variant.kind != KnobKind::Discretisation || row.errors.iter().all(is_within)

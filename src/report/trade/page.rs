@@ -19,8 +19,8 @@ struct Sheet {
     heading: &'static str,
     head: Vec<String>,
     rows: Vec<Vec<String>>,
-    /// Number of columns that name a row. Only the last of them is text. A table that is wider than the terminal
-    /// repeats them.
+    /// Number of columns that name a row. Only the last name column contains text. A table that is wider than the
+    /// terminal repeats the name columns.
     names: usize,
 }
 
@@ -93,7 +93,7 @@ impl Sheet {
     }
 }
 
-/// Page of a trade. It stores raw text and escapes it on output.
+/// Page of a trade. The page stores raw text and escapes the text on output.
 #[derive(Debug, Clone)]
 pub struct Page {
     title: String,

@@ -6,10 +6,10 @@ use super::value::{Counts, List, POISSON, POSITIVE, Quantity, XY};
 use super::word::{FilePath, Text};
 use crate::units::Dimension;
 
-/// Most cells per side. Larger grids would need fields of several GiB each, once they are padded for convolution.
+/// Largest number of cells per side. Larger grids would need fields of several GiB each, with padding for convolution.
 const LARGEST_GRID: u64 = 16_384;
 
-/// Most contact elements per side. A larger number is probably a typing error.
+/// Largest number of contact elements per side. A larger number is probably a typing error.
 const LARGEST_ELEMENTS: u64 = 999;
 
 /// Keys that belong to a single file, not to the scene that results from a file and its bases.
@@ -17,31 +17,32 @@ pub mod file {
     use super::*;
 
     keys! {
-        /// The scene file on which this one is based. This file then contains only the keys that differ. Not with
-        /// --set.
+        /// Scene file on which this scene file is based. A scene file with a base contains only the keys that differ
+        /// from the base. The option --set cannot set the base.
         BASE: FilePath = "base", Absent, FilePath("other.toml");
     }
 }
 
 keys! {
     section "": "The scene as a whole.";
-    section "joint": "Size, grid and contact elements of the joint. An oscillator has none.";
-    section "joint.hole": "A round hole in the middle of the joint. Its cells carry no load.";
-    section "material": "The elastic bodies. An oscillator has none.";
-    section "material.lower": "The body below the joint, if it differs from the other body.";
-    section "material.upper": "The body above the joint, if it differs from the other body.";
+    section "joint": "Size, grid and contact elements of the joint. A scene with an oscillator has no [joint].";
+    section "joint.hole": "A round hole in the middle of the joint, whose cells carry no load.";
+    section "material": "Material of the elastic bodies. A scene with an oscillator has no [material].";
+    section "material.lower": "Material of the body below the joint, if the materials of both bodies differ.";
+    section "material.upper": "Material of the body above the joint, if the materials of both bodies differ.";
 
     /// Title of the scene in reports.
     TITLE: Text = "title", Absent, Text("Lap joint, Rq 5 um");
-    /// Side lengths of the joint along x and y. For a resonator: length of the lap, and height of its arms.
+    /// Side lengths of the joint along x and y. The sides of the joint of a resonator are the length of the lap and the
+    /// height of the arms.
     SIZE: List<2> = "joint.size", Required, List(XY, Quantity(Dimension::LENGTH, POSITIVE, r#"["40 mm", "30 mm"]"#), None);
-    /// Number of cells of the rough contact along x and y. A resonator needs at least one per contact element.
+    /// Number of cells of the rough contact along x and y. A resonator needs at least one cell per contact element.
     GRID: Counts = "joint.grid", Rule("must be given with a [surface]"), Counts(LARGEST_GRID, "[256, 192]");
-    /// Number of contact elements of the structure along x and y. A resonator needs an odd number, at least 9, the same
-    /// along x and y.
+    /// Number of contact elements of the structure along x and y. A resonator needs an odd number of contact elements,
+    /// at least 9, the same along x and y.
     ELEMENTS: Counts = "joint.elements", Rule("[19, 19] for a resonator, else none"), Counts(LARGEST_ELEMENTS, "[19, 19]");
-    /// Diameter of the hole. The hole of a resonator follows from its contact elements; a value given here must agree
-    /// with it.
+    /// Diameter of the hole in the joint. For a resonator, the contact elements determine the hole, and a given
+    /// diameter must agree with that hole.
     HOLE_DIAMETER: Quantity = "joint.hole.diameter", Required, Quantity(Dimension::LENGTH, POSITIVE, "11 mm");
     /// Young's modulus of both bodies.
     YOUNGS_MODULUS: Quantity = "material.youngs_modulus", Rule("must be given, or separately for both bodies"), MODULUS;

@@ -21,12 +21,12 @@ pub use word::{Choice, ListOrPath, Point, Tables};
 
 /// Key of a scene, with the type of its value.
 pub struct Key<V: ?Sized> {
-    /// Dotted, from the top of the document.
+    /// Dotted name of the key, from the top of the document.
     pub name: &'static str,
-    /// The meaning. The first sentence is a summary.
+    /// Meaning of the key; the first sentence is a summary.
     doc: &'static str,
     pub default: Default,
-    /// Kinds of its section that have the key, or forms of a section without `kind`; empty for all.
+    /// Kinds of the key's section that have the key, or forms of a section without `kind`; empty for all.
     pub kinds: &'static [&'static str],
     /// Sections that must all be present for the key to have an effect, even if the scene has its default.
     pub with: &'static [&'static str],
@@ -62,7 +62,7 @@ impl<V: Value> HasForm for V {
 }
 
 impl<V: HasForm + ?Sized> Key<V> {
-    /// An example line for its section.
+    /// Returns an example line for the section of the key.
     pub fn line(&self) -> String {
         format!(
             "{} = {}",
@@ -73,12 +73,12 @@ impl<V: HasForm + ?Sized> Key<V> {
 }
 
 impl<V: ?Sized> Key<V> {
-    /// The last part of the name.
+    /// Returns the last part of the name.
     pub fn last(&self) -> &'static str {
         self.name.rsplit('.').next().unwrap_or(self.name)
     }
 
-    /// The meaning as a single line.
+    /// Returns the meaning as a single line.
     pub fn doc(&self) -> String {
         let lines: Vec<&str> = self.doc.lines().map(str::trim).collect();
         lines.join(" ")
@@ -88,20 +88,20 @@ impl<V: ?Sized> Key<V> {
 /// Default of a key. Values are written as after `--set`.
 #[derive(Clone, Copy)]
 pub enum Default {
-    /// No default: its section requires the key.
+    /// No default: the section of the key requires the key.
     Required,
     /// No default: the key is optional.
     Absent,
-    /// This value.
+    /// The same default value for all presets.
     Is(&'static str),
-    /// This value, by `fidelity.preset`: paper, fast, balanced, reference.
+    /// One default value per `fidelity.preset`: paper, fast, balanced, reference.
     ByPreset([&'static str; 4]),
-    /// The value follows from other keys, as the text says.
+    /// Default that follows from other keys, as the text says.
     Rule(&'static str),
 }
 
 impl Default {
-    /// Returns the value, if it depends on no other key than the preset.
+    /// Returns the default value, if the default depends on no other key than the preset.
     pub fn of(&self, preset: Preset) -> Option<&'static str> {
         match self {
             Default::Is(value) => Some(value),
@@ -165,7 +165,7 @@ macro_rules! keys {
 }
 use keys;
 
-/// All declarations, in the order of display. A table that is itself a key may also be written as a plain value.
+/// All declarations, in the order of display. A scene may also write a table that is itself a key as a plain value.
 const DECLARED: [Declared; 8] = [
     joint::DECLARED,
     surface::DECLARED,
@@ -198,7 +198,7 @@ pub fn find(name: &str) -> Option<&'static AnyKey> {
     all().find(|key| key.name == name)
 }
 
-/// Keys that another form of their section has with a wider range. Help pages do not list them.
+/// Keys that another form of their section has with a wider range. Help pages do not list these wider keys.
 const WIDER: [&AnyKey; 1] = [&contact::LOAD_AT_REST];
 
 /// Rejects a value that no key of this name accepts.
@@ -367,8 +367,8 @@ pub fn replacement_of_former(key: &str) -> Option<&'static str> {
     former.find(|entry| entry.0 == key).map(|entry| entry.1)
 }
 
-/// Guesses the known key that an unknown one was meant to be: a similar one in its section, else one of the same name
-/// elsewhere, else a similar one elsewhere.
+/// Guesses the known key that an unknown key was meant to be: a similar key in its section, else a key of the same name
+/// elsewhere, else a similar key elsewhere.
 pub fn nearest_key(key: &str) -> Option<String> {
     if let Some((_, given)) = SYNONYMS.iter().find(|entry| entry.0 == key) {
         return Some((*given).to_owned());
@@ -377,7 +377,7 @@ pub fn nearest_key(key: &str) -> Option<String> {
     if let Some(sibling) = nearest(name, children(section)) {
         return Some(join(section, sibling));
     }
-    // `friction` is not similar to friction_coefficient, but is its beginning.
+    // `friction` is not similar to friction_coefficient, but is the beginning of friction_coefficient.
     let mut longer = children(section)
         .into_iter()
         .filter(|candidate| candidate.starts_with(name));

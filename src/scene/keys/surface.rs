@@ -12,8 +12,8 @@ use crate::units::Dimension;
 
 keys! {
     section "surface": "The heights of one composite rough surface against a flat, positive towards the other body.";
-    section "surface.correct": "Unit and spacing that replace wrong ones in the file of the surface. The program warns that they do.";
-    section "surface.second": "The second of two measured faces. The heights of each face count outwards from its own body. The composite surface is their sum, after the trend of each is subtracted.";
+    section "surface.correct": "Unit and spacing that replace a wrong unit or spacing in the file of the surface. The program warns of each replacement.";
+    section "surface.second": "The second of two measured faces. The heights of each face count outwards from its own body. The composite surface is the sum of the heights of both faces, after the trend of each face is subtracted.";
 
     /// Source of the heights.
     KIND: Choice<&'static str> = "surface.kind", Required, Choice(&[
@@ -24,7 +24,7 @@ keys! {
         ("sphere", "sphere", "a sphere, its apex at height 0 in the middle of the joint"),
         ("file", "file", "a measured topography"),
     ]);
-    /// Root mean square height. The surface is scaled to exactly this value.
+    /// Root mean square height. The program scales the surface to exactly this root mean square height.
     RQ: Quantity = "surface.rq", Required, length("5 um"), of ["gaussian", "exponential", "self_affine"];
     /// Lengths along x and y at which the autocorrelation has fallen to 1/e.
     CORRELATION_LENGTH: List<2> = "surface.correlation_length", Required,
@@ -33,17 +33,18 @@ keys! {
     HURST_EXPONENT: Quantity = "surface.hurst", Required, Quantity(Dimension::NONE, HURST, "0.8"), of ["self_affine"];
     /// Wavelength above which the power spectrum is flat.
     ROLLOFF_WAVELENGTH: Quantity = "surface.rolloff_wavelength", Rule("the longer side of the joint"), length("10 mm"), of ["self_affine"];
-    /// Wavelength below which there is no roughness. Must be shorter than rolloff_wavelength.
+    /// Wavelength below which there is no roughness. The cutoff wavelength must be shorter than
+    /// surface.rolloff_wavelength.
     CUTOFF_WAVELENGTH: Quantity = "surface.cutoff_wavelength", Rule("none: roughness down to the grid"), length("0.1 mm"), of ["self_affine"];
     /// Seed of the random heights: the same seed gives the same surface.
     SEED: Integer = "surface.seed", Is("1"), integer(0, LARGEST_INTEGER, "2"), of ["gaussian", "exponential", "self_affine"];
     /// Radius of the sphere.
     RADIUS: Quantity = "surface.radius", Required, length("25 mm"), of ["sphere"];
-    /// The topography: X3P, SDF, SUR, AL3D, NPY, CSV, XYZ or Parquet. Axis 0 of NPY is x.
+    /// File of the measured topography: X3P, SDF, SUR, AL3D, NPY, CSV, XYZ or Parquet. Axis 0 of an NPY array is x.
     PATH: FilePath = "surface.path", Required, FilePath("heights.npy"), of ["file"];
     /// Unit of the heights, for a file that does not state it.
     UNIT: Unit = "surface.unit", Rule("that of the file"), Unit(Dimension::LENGTH, "um"), of ["file"];
-    /// What is subtracted from the heights.
+    /// Trend that is subtracted from the heights.
     DETREND: Choice<Detrend> = "surface.detrend", Is("plane"), Choice(&[
         ("none", Detrend::None, "nothing: the heights stay as they are, with their mean"),
         ("mean", Detrend::Mean, "the mean"),
@@ -58,23 +59,23 @@ keys! {
     /// Spacing of the points along x and y, in place of the spacing in the file.
     SPACING: List<2> = "surface.spacing", Rule("that of the file, else the map covers the joint"),
         List(XY, length(r#"["2 um", "2 um"]"#), None), of ["file"];
-    /// Whether x and y of the map are exchanged.
+    /// `surface.transpose = true` exchanges x and y of the map.
     TRANSPOSE: Boolean = "surface.transpose", Is("false"), Boolean, of ["file"];
     /// Unit of the heights, in place of the unit in the file.
     CORRECT_UNIT: Unit = "surface.correct.unit", Rule("that of the file"), Unit(Dimension::LENGTH, "um"), of ["file"];
     /// Spacing of the points along x and y, in place of the spacing in the file.
     CORRECT_SPACING: List<2> = "surface.correct.spacing", Rule("those of the file"),
         List(XY, length(r#"["2 um", "2 um"]"#), None), of ["file"];
-    /// The topography of the second face.
+    /// File of the measured topography of the second face.
     SECOND_PATH: FilePath = "surface.second.path", Absent, FilePath("upper.x3p"), of ["file"];
     /// Unit of the heights of the second face, for a file that does not state it.
     SECOND_UNIT: Unit = "surface.second.unit", Rule("that of the file"), Unit(Dimension::LENGTH, "um"), of ["file"];
     /// Spacing of the points of the second face along x and y, in place of the spacing in its file.
     SECOND_SPACING: List<2> = "surface.second.spacing", Rule("that of the file, else the map covers the joint"),
         List(XY, length(r#"["2 um", "2 um"]"#), None), of ["file"];
-    /// Whether x and y of the second map are exchanged, before the map is mirrored.
+    /// `surface.second.transpose = true` exchanges x and y of the second map, before the map is mirrored.
     SECOND_TRANSPOSE: Boolean = "surface.second.transpose", Is("false"), Boolean, of ["file"];
-    /// How the second map is mirrored to face the first one.
+    /// Mirroring of the second map, so that the second map faces the first map.
     SECOND_MIRROR: Choice<Mirror> = "surface.second.mirror", Is("none"), Choice(&[
         ("none", Mirror::None, "not mirrored: its points face the points at the same place of the first map"),
         ("x", Mirror::X, "along x, h(Lx - x, y), as a part that is turned over about its y axis"),

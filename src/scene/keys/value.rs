@@ -281,7 +281,7 @@ where
 /// 2^63: below it, floats without a fraction, such as `1e6`, count as integers.
 const INTEGER_END: f64 = 9_223_372_036_854_775_808.0;
 
-/// Largest integer that TOML can represent. As a default bound it is not displayed.
+/// Largest integer that TOML can represent. Help does not display this integer as an upper bound.
 pub const LARGEST_INTEGER: u64 = i64::MAX as u64;
 
 /// Returns an integer, also if it is written as `1e6`.

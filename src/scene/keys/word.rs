@@ -48,7 +48,7 @@ impl Value for Text {
     }
 }
 
-/// Path of a file, with an example. The path is absolute when it is read.
+/// Path of a file, with an example. Reading returns an absolute path.
 pub struct FilePath(pub &'static str);
 
 impl Value for FilePath {
@@ -67,7 +67,7 @@ impl Value for FilePath {
     }
 }
 
-/// Unit without a number, with an example. It is read as its value in SI.
+/// Unit without a number, with an example. Reading returns the value of the unit in SI.
 pub struct Unit(pub Dimension, pub &'static str);
 
 impl Value for Unit {
@@ -157,7 +157,7 @@ impl Value for WordOrTable {
 /// Fraction of a quantity, or `never`, with an example.
 pub struct PartOrNever(pub &'static str);
 
-/// The word in place of a fraction.
+/// Word that a key accepts in place of a fraction.
 const NEVER: &str = "never";
 
 impl PartOrNever {
@@ -205,7 +205,7 @@ impl Value for BooleanOrTable {
     }
 }
 
-/// Path of a file or a table of keys, with an example of each. It is read as the path, if it is one.
+/// Path of a file or a table of keys, with an example of each. Reading returns the path, or `None` for a table.
 pub struct PathOrTable(pub &'static str, pub &'static str);
 
 impl Value for PathOrTable {
@@ -231,8 +231,8 @@ impl Value for PathOrTable {
     }
 }
 
-/// Numbers with units for one kind of a section, or the path of a file for another kind. Reading only checks that it
-/// may be either.
+/// Numbers with units for one kind of a section, or the path of a file for another kind. Reading only checks that the
+/// value may be numbers or a path.
 pub struct ListOrPath<const N: usize>(pub List<N>, pub FilePath);
 
 impl<const N: usize> Value for ListOrPath<N>
@@ -320,7 +320,8 @@ impl Value for Point {
     }
 }
 
-/// Table of keys, or a list of such tables, with an example. Reading only checks that it may be either.
+/// Table of keys, or a list of such tables, with an example. Reading only checks that the value may be a table or a
+/// list.
 pub struct Tables(pub &'static str);
 
 impl Tables {

@@ -112,12 +112,12 @@ pub enum HistoryProblem {
     NotClosed {
         /// The column.
         column: &'static str,
-        /// Its value at 0.
+        /// Value of the column at time 0.
         first: f64,
-        /// Its value at 1.
+        /// Value of the column at time 1.
         last: f64,
     },
-    /// Neither displacement nor load changes.
+    /// The displacement and the normal load are the same in all rows of the history.
     #[error(
         "nothing moves: displacement and normal_load are the same in all {rows} rows; remove [motion] for a static contact"
     )]
@@ -211,8 +211,8 @@ impl Files {
                 canonical["motion"]["content"] = json!(content);
                 let halved = scene.fidelity.cycle_extrapolation;
                 contents.history = Some((content, halved));
-                // The number of steps is the same as in any other stepped cycle. It includes the midpoints that
-                // extrapolation needs.
+                // A history has the same number of steps as any other stepped cycle. The number of steps includes the
+                // midpoints that extrapolation needs.
                 let steps = scene.fidelity.steps_per_cycle;
                 let motion = history(contact, path, &bytes).map_err(wrong)?;
                 match halved {

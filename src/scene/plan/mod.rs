@@ -252,7 +252,8 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// Notices about a measured surface and the matrices of a structure. The stages of the run report them too.
+    /// Returns notices about a measured surface and the matrices of a structure. The stages of the run report the same
+    /// notices.
     pub fn notices(&self) -> impl Iterator<Item = String> + use<'_> {
         let measured = self.inputs.measured.iter();
         let measured = measured.flat_map(|surface| surface.notices.iter().map(ToString::to_string));

@@ -7,9 +7,9 @@ use crate::recipe::Recipe;
 use crate::wear::explicit;
 
 /// Returns the explicit step depth of a recipe \[m\], and the largest stable one under this pressure \[Pa\] on its
-/// cells. A step of depth d is the wear of the fastest-wearing cell with pressure p. Then N α µ·(slip path) = d/p on
-/// every cell with the same slip path. The step is stable up to twice the smallest eigenvalue of the compliance.
-/// Returns `None` without an explicit step of a given depth.
+/// cells. The step depth d is the wear of the fastest-wearing cell, which has the pressure p. Every cell with the same
+/// slip path has N α µ·(slip path) = d/p. The explicit step is stable if d/p is at most twice the smallest eigenvalue
+/// of the compliance. Returns `None` without an explicit step of a given depth.
 fn explicit_step(recipe: &Recipe, pressure: f64) -> Option<[f64; 2]> {
     let (wear, contact) = (recipe.wear.as_ref()?, recipe.contact()?);
     let depth_step = wear.depth_step.filter(|_| wear.scheme.is_explicit())?;

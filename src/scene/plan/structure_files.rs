@@ -34,7 +34,7 @@ pub enum StructureFileError {
         /// The problem.
         problem: NodeTableError,
     },
-    /// Neither the folder nor the scene states the units.
+    /// Neither the folder of the structure nor the scene states the units of the matrices.
     #[error(
         "structure.file: the units of this folder are unknown; give structure.unit = {{ length = \"mm\", mass = \"t\", time = \"s\" }}, or the correct units"
     )]

@@ -19,8 +19,8 @@ const FIRST_HARMONICS: [u32; 4] = [0, 1, 2, 3];
 const STEEL_DAMPING: f64 = 0.002;
 /// Default lower end of the forced response of an oscillator, relative to the natural frequency without contact.
 const FROM_FREE: f64 = 0.5;
-/// Default lower end if nothing holds the oscillator without the contact, relative to the natural frequency with the
-/// contact springs.
+/// Default lower end of the forced response of an oscillator that only the contact supports, relative to the natural
+/// frequency with the contact springs.
 const FROM_STUCK: f64 = 0.3;
 /// Default upper end of the forced response of an oscillator, relative to the natural frequency with the contact
 /// springs.
@@ -128,7 +128,7 @@ fn forces_cancel(forces: &[Force]) -> bool {
     })
 }
 
-/// Reads the Rayleigh damping, `None` if there is none.
+/// Reads the Rayleigh damping. Returns `None` if the scene has no Rayleigh damping.
 fn rayleigh(reader: &Reader<'_>) -> Result<Option<Rayleigh>> {
     if !reader.has(RAYLEIGH) {
         return Ok(None);
@@ -145,7 +145,7 @@ fn rayleigh(reader: &Reader<'_>) -> Result<Option<Rayleigh>> {
     Ok(Some(rayleigh))
 }
 
-/// Reads the motion of the ground, `None` if there is none.
+/// Reads the motion of the ground. Returns `None` if the scene has no ground motion.
 fn base(reader: &Reader<'_>, structure: &Structure) -> Result<Option<Base>> {
     if !reader.has(BASE) {
         return Ok(None);

@@ -13,7 +13,8 @@ fn steps_for(error: f64) -> usize {
     ((steps / 16.0).ceil() * 16.0).clamp(32.0, 1024.0) as usize
 }
 
-/// Bounds of the normal tolerance. The lower one is rounding, the upper one the accuracy that kn and contact area need.
+/// Bounds of the normal tolerance. The lower bound is the rounding error, and the upper bound is the accuracy that kn
+/// and the contact area need.
 const NORMAL: (f64, f64) = (1e-10, 1e-5);
 
 /// Tolerance of the cycles, tangential and closing, as a fraction of `fidelity.tolerance`. The errors of wear steps and
@@ -24,8 +25,8 @@ const NORMAL: (f64, f64) = (1e-10, 1e-5);
 const OF_CYCLES: f64 = 0.1;
 /// Tolerance of the wear steps, see [`OF_CYCLES`].
 const OF_STEPS: f64 = 0.25;
-/// Normal tolerance, see [`OF_CYCLES`]. The error of a pressure is its tolerance times the peak, which is about a
-/// hundred times the mean.
+/// Normal tolerance, see [`OF_CYCLES`]. The error of a pressure is the normal tolerance times the peak pressure, which
+/// is about a hundred times the mean pressure.
 const OF_PRESSURE: f64 = 1e-4;
 
 pub(super) fn fidelity(reader: &Reader<'_>) -> Result<Fidelity> {
@@ -115,7 +116,8 @@ fn least_samples(reader: &Reader<'_>, error: Option<f64>, preset: Preset) -> Res
     }
 }
 
-/// Factor for an oscillator. It has a single contact element, so more samples cost nothing.
+/// Factor for the number of samples of an oscillator. An oscillator has a single contact element, so more samples cost
+/// nothing.
 const OSCILLATOR_SAMPLES: usize = 8;
 
 const WITHOUT_DYNAMICS: &str = "it applies to [dynamics], but there is none; remove it";
@@ -123,7 +125,7 @@ const WITHOUT_DYNAMICS: &str = "it applies to [dynamics], but there is none; rem
 /// Fraction of a requested error that truncated harmonics may have in amplitude and dissipation.
 const OF_HARMONICS: f64 = 0.5;
 
-/// Rejects keys about a vibration if there is none.
+/// Rejects keys about a vibration if the scene has no vibration.
 pub(super) fn check_without_vibration(reader: &Reader<'_>) -> Result<()> {
     if reader.peek(&HARMONIC_TOLERANCE)?.is_some() {
         return Err(reader.conflict(&HARMONIC_TOLERANCE, WITHOUT_DYNAMICS));

@@ -82,7 +82,8 @@ pub const KNOBS: [Knob; 16] = [
     knob(&joint::GRID, KnobKind::Discretisation),
 ];
 
-/// The knob that changes the model. It is tried too, although it is not an accuracy setting.
+/// The knob that changes the model. The variants include this knob, although the contact stiffness is not an accuracy
+/// setting.
 pub const STIFFNESS: Knob = knob(&contact::STIFFNESS, KnobKind::Model);
 
 /// One run of a scene with changed settings.

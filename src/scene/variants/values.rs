@@ -9,7 +9,8 @@ use crate::wear::cycle::March;
 /// Tried tolerances of the worn volume.
 const TOLERANCES: [f64; 3] = [0.05, 0.01, 0.002];
 
-/// Tried depths of wear steps without error control, if the scene gives none: the published depth, and ten times it.
+/// Depths of wear steps to try without error control if the scene gives no depth: the published depth, and ten times
+/// that depth.
 const DEPTH_STEPS: [&str; 2] = ["0.1 um", "1 um"];
 
 /// Fewest cells per side. Coarser grids resolve no roughness.

@@ -25,7 +25,8 @@ use nodes::{
 };
 use rows::{fix_massless_rows, number_rows};
 
-/// Tolerance of the symmetry of a matrix, as a share of its largest entry. It allows for the digits of a text file.
+/// Tolerance of the symmetry of a matrix, as a share of its largest entry. The tolerance allows for the rounded digits
+/// of a text file.
 const SYMMETRIC: f64 = 1e-6;
 
 /// Units of the files, as multiples of the SI units.
@@ -419,7 +420,7 @@ impl ImportedStructure {
     /// Returns the median normal stiffness of single nodes of the joint over the shorter side of a contact element
     /// \[Pa\].
     ///
-    /// It is near Young's modulus for any mesh. `None` for a bonded joint.
+    /// This quotient is near Young's modulus for any mesh. Returns `None` for a bonded joint.
     pub fn apparent_modulus(&self) -> Option<f64> {
         let interface = self.interface.as_ref()?;
         let mut diagonal = vec![0.0; self.rows];

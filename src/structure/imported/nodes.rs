@@ -14,8 +14,8 @@ const ASKEW: f64 = 0.05;
 /// Nodes of two bodies that face each other.
 #[derive(Debug, Clone, PartialEq)]
 pub enum FacingNodes {
-    /// Pairs of nodes: the upper node, the lower node, and the area in the squared unit of length. All pairs have an
-    /// area or none has.
+    /// Pairs of nodes: the upper node, the lower node, and the area in the squared unit of length. Either all pairs of
+    /// nodes have an area, or no pair has one.
     Pairs(Vec<(i64, i64, Option<f64>)>),
     /// Names of two sets of nodes.
     Sets {
@@ -129,7 +129,7 @@ pub(super) fn point(matrices: &Matrices, name: &str) -> Result<NodePoint, Import
 /// End of a preload, and its centroid \[m\].
 pub(super) type End = (NodePoint, [f64; 3]);
 
-/// Returns the name of an end of a preload. It differs from the name of the point with the same nodes.
+/// Returns the name of an end of a preload. The name of an end differs from the name of the point with the same nodes.
 fn preload_end_name(name: &str) -> String {
     format!("{name} by area")
 }

@@ -24,7 +24,7 @@ const AXES_OF_MODEL: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.
 
 impl ImportedStructure {
     /// Reduces the structure to its ports: its lowest `count` elastic modes, or all if it has fewer, and the residual
-    /// of the others. Also returns the edges of the bodies in these modes, if the files have elements.
+    /// of the others. `reduce` also returns the edges of the bodies in the modes, if the files have elements.
     ///
     /// # Errors
     /// [`ImportError`] for matrices that are no valid structure, and for modes that do not converge.

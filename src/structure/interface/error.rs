@@ -65,7 +65,7 @@ pub enum InterfaceError {
         /// Numbers from the nodes.
         found: [usize; 2],
     },
-    /// The nodes form no array, and the scene defines none.
+    /// The nodes of the joint form no array, and the scene defines no array of contact elements.
     #[error(
         "the {nodes} nodes of the joint are not the corners of equal rectangles; give joint.elements, the contact elements along x and y, such as [{}, {}]", .about[0], .about[1]
     )]

@@ -29,7 +29,7 @@ pub(super) struct Lattice {
 }
 
 impl Lattice {
-    /// Finds the array of the nodes. Returns `None` if they form none, or if a node belongs to no rectangle.
+    /// Finds the array of the nodes. Returns `None` if the nodes form no array, or if a node belongs to no rectangle.
     pub fn detect(points: &[[f64; 2]]) -> Option<Lattice> {
         let span = span(points);
         let mut counts = [0_usize; 2];

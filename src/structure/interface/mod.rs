@@ -3,11 +3,11 @@
 //! The axes of the joint are x and y in the plane and z along the normal, from the lower body into the upper one. The
 //! origin is the middle of the rectangle around the upper nodes. Contact elements form an array of equal rectangles.
 //!
-//! If the nodes are the corners of such an array, the joint uses it. The array may have holes and any outline. A
-//! contact element at nodes is then one node of each body. Otherwise the scene gives the array, and the displacement
-//! of a contact element is a weighted mean over the nodes around it. The weights reproduce every displacement that is
-//! linear over the joint. The nodes of the bodies therefore need not match, and forces keep their resultant and
-//! moments.
+//! If the nodes are the corners of such an array, the joint uses this array. The array may have holes and any outline.
+//! A contact element at nodes is then one node of each body. If the nodes form no array, the scene gives the array, and
+//! the displacement of a contact element is a weighted mean over the nodes around the element. The weights reproduce
+//! every displacement that is linear over the joint. The nodes of the bodies therefore need not match, and forces keep
+//! their resultant and moments.
 
 mod error;
 mod lattice;
@@ -27,8 +27,8 @@ use layers::layers;
 use plane::Plane;
 use weights::node_weights;
 
-/// Tolerance of nodes from their plane and from a regular array, as a share of the size. It allows for rounding and
-/// for the digits of a deck.
+/// Tolerance of nodes from their plane and from a regular array, as a share of the size. The tolerance allows for
+/// rounding and for the digits of a deck.
 const OFF: f64 = 2e-3;
 /// Tolerance of the size of the joint in the scene, as a share. Half a contact element is also allowed for an
 /// irregular mesh.

@@ -123,8 +123,8 @@ impl Plane {
 
     /// Returns the unit vectors of x, y and z.
     ///
-    /// x is along the direction that the scene gives. Otherwise it is along an array of the nodes, or along the x
-    /// axis of the model in the plane (the y axis if x is the normal).
+    /// The x axis of the joint is along the direction that the scene gives. If the scene gives no direction, the x axis
+    /// is along an array of the nodes, or along the x axis of the model in the plane (the y axis if x is the normal).
     pub fn axes_along(
         &self,
         positions: &[[f64; 3]],

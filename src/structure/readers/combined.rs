@@ -7,8 +7,8 @@ use super::{CALCULIX_LIST, NamedMatrix, ReadError, ReadProblem, Source, calculix
 use super::{is_structural_damping, role_of_name};
 use crate::structure::matrices::{Dof, Matrices, Role, Triplets};
 
-/// Largest number of rows per entry. Only fixed rows have no entries, so more rows mean a wrong header. The limit
-/// also bounds the memory by the size of the files.
+/// Largest number of rows per entry. Only fixed rows of a matrix have no entries, so more rows per entry mean a wrong
+/// header. The limit also bounds the memory by the size of the files.
 const ROWS_PER_ENTRY: usize = 32;
 
 /// Combines the contents of all files into one structure. `unread` are the reasons why other files were not read.

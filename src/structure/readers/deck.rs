@@ -8,7 +8,7 @@ use super::text::{numbers, quoted, text_of, whole};
 use super::{ParsedFile, is_global};
 use crate::structure::solids::NAMES;
 
-/// Largest number of nodes in all sets, including `GENERATE`. It exceeds the lists of the longest file.
+/// Largest number of nodes in all sets, including `GENERATE`. This limit exceeds the lists of the longest file.
 const MOST_NODES: usize = 1 << 26;
 
 pub(super) fn is(bytes: &[u8]) -> bool {
@@ -48,7 +48,7 @@ pub(super) fn candidate_decks(path: &Path) -> Vec<PathBuf> {
     decks
 }
 
-/// Returns the value of an option of a keyword line. The value is empty if the option has none.
+/// Returns the value of an option of a keyword line. For an option without a value, `option` returns an empty text.
 pub(super) fn option<'a>(line: &'a str, name: &str) -> Option<&'a str> {
     line.split(',').skip(1).find_map(|part| {
         let (key, value) = part.split_once('=').unwrap_or((part, ""));
@@ -329,8 +329,8 @@ struct Elements {
 }
 
 impl Elements {
-    /// Reads a line of data. If the number of nodes is known, the element ends when it has them. Otherwise it
-    /// continues after a line with a comma at the end.
+    /// Reads a line of data. If the number of nodes of the element is known, the element ends when it has these nodes.
+    /// If the number is unknown, the element continues after a line with a comma at the end.
     fn add(
         &mut self,
         fields: &[&str],

@@ -13,7 +13,8 @@ const DEEPEST: usize = 32;
 /// Reads a file. In a deck, replaces each `*INCLUDE` by the content of its file and joins continued keyword lines.
 ///
 /// An included file is searched in the folder of the outermost deck, where Abaqus and CalculiX run, then in the
-/// folder of the including file. Also returns a description of the line numbers of included files, if there are any.
+/// folder of the including file. `read_with_includes` also returns a description of the line numbers of included files,
+/// if the deck includes files.
 pub(super) fn read_with_includes(path: &Path) -> Result<(Vec<u8>, Option<String>), ReadError> {
     let bytes = bytes_of(path)?;
     if !deck::is(&bytes) {

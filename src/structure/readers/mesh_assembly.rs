@@ -135,13 +135,14 @@ pub(super) fn assemble(bytes: &[u8]) -> Result<ParsedFile, ReadProblem> {
     Ok(parsed)
 }
 
-/// Adds an entry of an element matrix and its mirror image. Both displacements are weighted sums of rows.
+/// Adds an entry of an element matrix and its mirror image. Both displacements of the entry are weighted sums of rows.
 fn add(matrix: &mut Triplets, [first, second]: [&[(u32, f64)]; 2], value: f64, is_diagonal: bool) {
     for (p, &(row, share)) in first.iter().enumerate() {
         // For a diagonal entry both sums are the same, and each pair of terms would occur twice.
         let others = if is_diagonal { &second[..=p] } else { second };
         for &(column, other) in others {
-            // Only one triangle is stored. If an entry and its mirror image both fall on the diagonal, both count.
+            // Only one triangle of the matrix is stored. If an entry and its mirror image both fall on the diagonal,
+            // both count.
             let multiplicity = if row == column && !is_diagonal {
                 2.0
             } else {

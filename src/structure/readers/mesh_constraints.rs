@@ -49,9 +49,10 @@ pub(super) type Dependents = HashMap<Dof, Vec<(Dof, f64)>>;
 
 /// Tolerance of a tie without `POSITION TOLERANCE`, as a share of the longest side of the face.
 const TOLERANCE: f64 = 0.05;
-/// A weight of a tied node below this is rounding. The node is then on an edge or a corner of the face.
+/// A weight of a tied node below this is rounding. A tied node with such a weight is on an edge or a corner of the
+/// face.
 const NO_WEIGHT: f64 = 1e-9;
-/// Largest number of pairs of a node and a face in a tie. This number takes some seconds.
+/// Largest number of pairs of a node and a face in a tie. The search over this number of pairs takes some seconds.
 const MOST_PAIRS: usize = 4_000_000_000;
 
 impl TieOptions {
@@ -352,8 +353,8 @@ fn unknown_node(node: i64, line: usize) -> ReadProblem {
 /// are zero.
 ///
 /// # Errors
-/// [`ReadProblem`] for a node that the deck does not have, which would be free. Also for a displacement that is
-/// dependent twice, that is fixed as well, or that depends on itself.
+/// Returns [`ReadProblem`] for a node that the deck does not have, which would be free. Also returns [`ReadProblem`]
+/// for a displacement that is dependent twice, that is fixed as well, or that depends on itself.
 pub(super) fn resolve_constraints(
     constraints: Vec<Constraint>,
     held: &HashSet<Dof>,

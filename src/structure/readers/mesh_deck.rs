@@ -1,5 +1,5 @@
 //! Mesh of an input deck of Abaqus or CalculiX: elements, sets, surfaces, isotropic materials, sections and supports.
-//! Only flat decks are supported, without parts, instances and included files.
+//! The reader supports only flat decks, without parts, instances and included files.
 
 use std::collections::{HashMap, HashSet};
 

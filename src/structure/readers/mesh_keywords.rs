@@ -102,7 +102,8 @@ const HARMLESS: [&str; 76] = [
 ];
 /// Keywords of decks that are not flat.
 const NOT_FLAT: [&str; 3] = ["*INCLUDE", "*INSTANCE", "*PART"];
-/// Unsupported options of supported keywords, with advice. They would add nodes or elements, or change the stiffness.
+/// Unsupported options of supported keywords, with advice. These options would add nodes or elements, or change the
+/// stiffness.
 const OPTIONS: [(&str, &str, &str); 4] = [
     ("*NODE", "INPUT", "write the nodes into the deck"),
     ("*ELEMENT", "INPUT", "write the elements into the deck"),

@@ -1,4 +1,4 @@
-//! Readers for matrices from finite-element programs. They convert bytes to [`Matrices`].
+//! Readers for matrices from finite-element programs. The readers convert bytes to [`Matrices`].
 //!
 //! A format is one module with a function from bytes to its content, and one row in `FORMATS`. No other code depends
 //! on the list of formats. Readers allocate memory for the data in a file, never for the size that its header
@@ -158,7 +158,7 @@ struct Source {
     path: PathBuf,
     role: Option<Role>,
     format: &'static str,
-    /// True if the user named the file. Otherwise it was found next to another file.
+    /// True if the user named the file. False if the file was found next to another file.
     is_user_file: bool,
     parsed: ParsedFile,
 }
@@ -362,7 +362,7 @@ fn is_structural_damping(name: &str) -> bool {
     (name.contains("structural") && name.contains("damp")) || words.any(is_word)
 }
 
-/// Largest angle between an axis and the global one. It allows for the digits of a file.
+/// Largest angle between an axis and the parallel global axis. The tolerance allows for the digits of a file.
 const PARALLEL: f64 = 1e-6;
 
 /// Returns true if axes are parallel to the global ones. `axis` must be along axis k, and `in_plane` in the plane of
@@ -425,7 +425,7 @@ fn square(rows: u64, columns: u64, name: &str) -> Result<(), ReadProblem> {
     ))
 }
 
-/// Drops the matrices without a role if any matrix has one. Otherwise drops the 1×1 matrices.
+/// Drops the matrices without a role if any matrix has a role. If no matrix has a role, drops the 1×1 matrices.
 fn keep_matrices_with_role(parsed: &mut ParsedFile) {
     if parsed.matrices.iter().any(|named| named.role.is_some()) {
         for named in parsed.matrices.iter().filter(|named| named.role.is_none()) {

@@ -166,7 +166,7 @@ impl Array {
         }
     }
 
-    /// Returns the values as indices, or an error if they are not whole numbers of 0 or more.
+    /// Returns the values of the array as indices, or an error if a value is not a whole number of 0 or more.
     fn indices(&self, name: &str) -> Result<Vec<u64>, ReadProblem> {
         let index = |(k, &v): (usize, &f64)| {
             let is_whole = v >= 0.0 && v.fract() == 0.0 && v <= u64::from(u32::MAX) as f64;
@@ -324,7 +324,7 @@ fn sparse(
         places.extend(row.indices("row")?.into_iter().zip(column.indices("col")?));
     } else {
         let (starts, indices) = (read("indptr")?, read("indices")?);
-        // This check limits the number of rows to the data in the file.
+        // The check of `indptr` limits the number of rows to the data in the file.
         if starts.values.len() as u64 != m + 1 {
             return Err(ReadProblem::malformed(
                 "indptr",

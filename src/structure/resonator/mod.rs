@@ -55,10 +55,10 @@ pub struct Resonator {
     pub wall_thickness: f64,
     /// Thickness of a bolt head along z.
     pub head_thickness: f64,
-    /// Young's modulus of the bolt over that of the masses. It corrects the area of the staircase shank to the stress
-    /// area.
+    /// Young's modulus of the bolt over that of the masses. This ratio corrects the area of the staircase shank to the
+    /// stress area.
     pub bolt_modulus_factor: f64,
-    /// Material of the masses. The bolt differs by `bolt_modulus_factor`.
+    /// Material of the masses. The material of the bolt differs by `bolt_modulus_factor`.
     pub material: Material,
     /// Cells of the lap along x and along y. An odd number, because the hole has a middle cell.
     pub lap_cells: usize,

@@ -110,8 +110,8 @@ pub fn rises(values: &[ValueWithBar]) -> Verdict {
     Verdict::all(steps)
 }
 
-/// Returns the error of a value if the volume is off by a relative `error`. It extrapolates the change over the last
-/// step.
+/// Returns the error of a value if the volume is off by a relative `error`. The error extrapolates the change of the
+/// value over the last step.
 fn last_step_error(values: &[f64], volumes: &[f64], place: usize, error: f64) -> f64 {
     if place == 0 {
         return 0.0;
@@ -126,8 +126,8 @@ fn last_step_error(values: &[f64], volumes: &[f64], place: usize, error: f64) ->
     }
 }
 
-/// Returns the error of a value that depends on the state of wear, if the volume is off by a relative `error`. It is at
-/// least that part of the change since the unworn state.
+/// Returns the error of a value that depends on the state of wear, if the volume is off by a relative `error`. The
+/// error is at least the part `error` of the value's change since the unworn state.
 fn state_error(values: &[f64], volumes: &[f64], place: usize, error: f64) -> f64 {
     let so_far = (values[place] - values[0]).abs() * error;
     last_step_error(values, volumes, place, error).max(so_far)

@@ -1,5 +1,5 @@
 //! Catalogue of the claims: statement, place in the paper, and criterion. Criteria marked * are ours, because the paper
-//! gives none.
+//! gives no criterion.
 
 use serde::Serialize;
 
@@ -31,7 +31,7 @@ pub struct Claim {
     pub words: &'static str,
     /// Criterion of the verdict.
     pub criterion: &'static str,
-    /// Runs that the claim needs. The finding reports them if there are none.
+    /// Runs that the claim needs. If no such runs exist, the finding reports the needed runs.
     #[serde(skip)]
     pub needs: &'static str,
 }

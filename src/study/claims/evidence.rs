@@ -59,7 +59,7 @@ pub struct ElementDistribution {
 /// Numbers from all wear fields of a run.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct WornSurface {
-    /// Smallest growth of the depth of a cell in a step \[m\]. It is below 0 if material came back.
+    /// Smallest growth of the depth of a cell in a step \[m\]. A growth below 0 means that material came back.
     pub least_growth: f64,
     /// Deepest wear at the end \[m\].
     pub deepest: f64,

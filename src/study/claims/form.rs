@@ -5,8 +5,8 @@ const ALPHA: f64 = 0.469_718_639_1;
 
 /// Computes Rq \[m\], Sk and Ku [A eq. 4.1, 4.2] of the deviations of heights from their local mean.
 ///
-/// Only heights with `kept` count. The grid has `cells` with spacings `steps`, x slowest. The filter halves the
-/// amplitude at the wavelength `cutoff`.
+/// The mean and the moments include only heights of cells with `kept`. The grid has `cells` with spacings `steps`, x
+/// slowest. The filter halves the amplitude at the wavelength `cutoff`.
 pub fn roughness(
     heights: &[f64],
     kept: &[bool],

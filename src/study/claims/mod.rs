@@ -1,10 +1,10 @@
 //! Claims of the paper, judged by the tables of runs.
 //!
-//! Each claim is a statement of [A §2–4] that runs can confirm or contradict. It is measured on the quantity that its
-//! sentence names, in the paper's own setting if there are such runs, and judged by a stated criterion. Each claim gets
-//! one verdict per setting, with verdicts on its parts. A claim that fails is reported with its numbers and, if the
-//! runs' numbers indicate one, a likely cause. The scene of a run, never the name of its folder, determines its role
-//! (roughness, plasticity, update criterion).
+//! Each claim is a statement of [A §2–4] that runs can confirm or contradict. A claim is measured on the quantity that
+//! its sentence names, in the paper's own setting if there are such runs, and judged by a stated criterion. Each claim
+//! gets one verdict per setting, with verdicts on its parts. A claim that fails is reported with its numbers and, if
+//! the runs' numbers indicate a cause, with this likely cause. The scene of a run, never the name of its folder,
+//! determines its role (roughness, plasticity, update criterion).
 
 mod bars;
 mod catalogue;
@@ -45,7 +45,7 @@ pub enum Verdict {
     Holds,
     /// The criterion is not met.
     Fails,
-    /// The error bar, or a premise of the measurement, leaves the criterion open.
+    /// The claim is undecided, because its error bar or a premise of its measurement does not decide the criterion.
     Undecided,
     /// No run measures the claim.
     NotApplicable,
@@ -95,7 +95,8 @@ pub struct Finding {
     pub verdict: Verdict,
     /// The measured numbers in words, or the reason why a claim is not applicable.
     pub measured: String,
-    /// Likely cause of a failure, from the runs' numbers. Empty if the numbers indicate none, and if the claim holds.
+    /// Likely cause of a failure, from the runs' numbers. The text is empty if the claim holds, or if the numbers
+    /// indicate no cause.
     pub cause: String,
 }
 
@@ -137,7 +138,7 @@ impl Part {
         }
     }
 
-    /// Adds a likely cause, unless the part holds.
+    /// Adds a likely cause to a part of a claim, unless the part holds.
     fn with_cause(mut self, cause: impl FnOnce() -> String) -> Part {
         if self.verdict != Verdict::Holds {
             self.cause = cause();

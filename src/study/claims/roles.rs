@@ -12,7 +12,8 @@ const HARMONICS: &str = "[0,1,2,3]";
 pub struct Study<'a> {
     /// Name in words: law of contact elements, update, and seed if there are several.
     pub name: String,
-    /// Elastic runs that differ by roughness, smoothest first. They are never updated, if such runs exist.
+    /// Elastic runs that differ by roughness, smoothest first. The series uses runs without model updates, if such runs
+    /// exist.
     pub roughness_series: Vec<&'a Evidence>,
     /// Main run, which most figures show: Rq 5 µm, or the nearest roughness.
     pub main: Option<&'a Evidence>,

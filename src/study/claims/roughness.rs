@@ -13,7 +13,7 @@ const RISE: f64 = 1e-4;
 const MEAN: f64 = 1e-9;
 /// * Largest skewness of a surface that counts as symmetric.
 const SYMMETRIC: f64 = 0.1;
-/// * Largest deviation from a kurtosis of 3 that counts as none.
+/// * Largest deviation of the kurtosis from 3 at which a surface counts as Gaussian.
 const NORMAL: f64 = 0.2;
 /// Kurtosis of a Gaussian surface.
 const GAUSSIAN: f64 = 3.0;

@@ -50,8 +50,8 @@ pub fn parts(claim: u32, study: &Study) -> Vec<Part> {
 
 /// Returns the energy per cycle at the end of the step to an iteration, under the vibration before the update \[J\].
 ///
-/// The run may store this energy. Otherwise it follows from the volume of the step and the energy at its beginning, for
-/// a linear or exponential decrease.
+/// The run may store this energy. If the run does not store the energy, the energy follows from the volume of the step
+/// and the energy at its beginning, for a linear or exponential decrease.
 fn energy_before_update(run: &Evidence, k: usize) -> Option<ValueWithBar> {
     let step = |name: &str| run.step.get(name)?.get(k).copied();
     if let Some(energy) = step("end_energy").filter(|energy| energy.is_finite()) {

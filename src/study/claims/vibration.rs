@@ -311,8 +311,8 @@ fn slope_and_area(cycle: &HysteresisLoop) -> Option<[f64; 2]> {
     ])
 }
 
-/// Returns the area of a loop over the area of the parallelogram with its force, half range and slope. It is 1 for a
-/// loop that sticks and then slides at once.
+/// Returns the area of a loop over the area of the parallelogram with its force, half range and slope. The ratio is 1
+/// for a loop that sticks and then slides at once.
 ///
 /// The error bar is the relative difference between the area of the loop's few points and the friction of its cycle
 /// \[J\].

@@ -18,7 +18,8 @@ pub fn number_list(values: impl IntoIterator<Item = f64>) -> String {
     texts.join(", ")
 }
 
-/// Interpolates a curve through points with rising `x` linearly at `at`. It is constant beyond its ends.
+/// Interpolates a curve through points with rising `x` linearly at `at`. The interpolated curve is constant
+/// beyond its ends.
 pub fn interpolated(x: &[f64], y: &[f64], at: f64) -> f64 {
     let next = x.partition_point(|x| *x <= at);
     if next == 0 {

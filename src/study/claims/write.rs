@@ -116,8 +116,8 @@ fn claim_finding<'a>(findings: &'a [Finding], claim: u32, setting: &str) -> Opti
     findings.iter().find(fits)
 }
 
-/// Counts the paper's results in a setting: they hold, fail, are undecided, or have no run. Claims of the other kinds
-/// do not count.
+/// Counts the paper's results in a setting by verdict: the result holds, fails, is undecided, or has no run. Claims of
+/// the other kinds do not count.
 pub fn counts(findings: &[Finding], setting: &str) -> [usize; 4] {
     let results = CLAIMS.iter().filter(|claim| claim.kind == Kind::Result);
     let mut counts = [0; 4];

@@ -1,8 +1,8 @@
 //! Conversion of a measured height map to heights on the joint's grid.
 //!
 //! The steps, in this order:
-//! 1. The map is placed on the joint, centred up to a shift. Its own spacing decides how much of it the joint
-//!    needs; it is never stretched silently.
+//! 1. The map is placed on the joint, centred up to a shift. The spacing of the map decides how much of the map
+//!    the joint needs. The map is never stretched silently.
 //! 2. If the spacing equals the size of the joint's cells, a window of whole points is taken.
 //! 3. The trend is fitted to the measured points of the joint, and subtracted.
 //! 4. Unmeasured points are masked or filled.

@@ -52,8 +52,8 @@ pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Content, Read
         Some(_) => Some(tags.number("InvalidPixelValue")?),
         None => None,
     };
-    // Some programs omit the padding. Then the image ends exactly after its points, or the colours start
-    // there.
+    // Some programs omit the padding. Without padding, the depth image ends exactly after its points, or the colours
+    // start there.
     let texture = tags.offset("TextureImageOffset")?;
     let room = texture.unwrap_or(bytes.len()).saturating_sub(start);
     let line = if room == nx.saturating_mul(ny).saturating_mul(WIDTH) {

@@ -7,8 +7,8 @@ use encoding_rs::{Encoding, UTF_8, WINDOWS_1252};
 use super::error::ReadProblem;
 
 /// Decodes `bytes` and returns the text with the name of its encoding. The byte order mark decides, then the
-/// declared encoding. Otherwise the text is UTF-8 or, if that fails, Windows-1252, which contains the
-/// characters of Latin-1.
+/// declared encoding. Without a mark or a declaration, the text is UTF-8 or, if UTF-8 fails, Windows-1252, which
+/// contains the characters of Latin-1.
 ///
 /// # Errors
 /// If the bytes are invalid in the encoding that the mark or the declaration names.

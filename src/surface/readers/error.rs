@@ -21,7 +21,7 @@ pub enum ReadProblem {
         /// Reason given by the system.
         source: std::io::Error,
     },
-    /// Neither the extension nor the first bytes belong to a known format.
+    /// Neither the extension nor the first bytes of the file belong to a known format.
     #[error(
         "the extension \"{extension}\" is not that of a topography format; known are {supported}"
     )]
@@ -74,7 +74,7 @@ pub enum ReadProblem {
         /// Advice to the user.
         advice: String,
     },
-    /// The format states no unit, and the user gave none.
+    /// The file format states no unit of the heights, and the user gave no unit.
     #[error(
         "a {format} file does not say in which unit its heights are; give surface.unit, e.g. unit = \"um\""
     )]

@@ -138,8 +138,8 @@ impl Lines {
                 count: 1,
             };
         }
-        // Each gap is counted in units of the usual gap. So neither do rounding errors of the coordinates add
-        // up, nor does a missing line shift the others.
+        // Each gap is counted in units of the usual gap. Counting gaps prevents rounding errors of the coordinates from
+        // adding up, and a missing line from shifting the others.
         let gaps: Vec<f64> = sorted.windows(2).map(|w| w[1] - w[0]).collect();
         let largest = gaps.iter().copied().fold(0.0, f64::max);
         let mut ordered: Vec<f64> = gaps

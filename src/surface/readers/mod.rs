@@ -152,7 +152,7 @@ pub fn bytes(path: &Path) -> Result<Vec<u8>, ReadError> {
     })
 }
 
-/// Parses the topography in the bytes of a file. Only the extension of the path matters.
+/// Parses the topography in the bytes of a file. `parse` uses only the extension of the path, to recognise the format.
 ///
 /// # Errors
 /// As for [`read`].
@@ -276,7 +276,7 @@ fn finish(
     })
 }
 
-/// Returns the height unit for a format that states none.
+/// Returns the user's height unit for a format that states no unit.
 fn required_unit(options: &ReadOptions, format: &'static str) -> Result<f64, ReadProblem> {
     let user_unit = options.correct.unit.or(options.height_unit);
     user_unit.ok_or(ReadProblem::UnitMissing { format })

@@ -271,7 +271,8 @@ fn start_of(text: &str) -> String {
 }
 
 fn binary(bytes: &[u8]) -> Result<(Header, Vec<f64>), ReadProblem> {
-    // Version, maker and two dates are text. Then follow the counts, four scales and three types.
+    // The version, the maker and two dates are text. After the dates, the header has the counts, four scales and three
+    // types.
     let counts = 8 + 10 + 12 + 12;
     let wide = &bytes[1..8] == b"ISO-2.0";
     let scales = counts + if wide { 8 } else { 4 };

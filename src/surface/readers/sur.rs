@@ -1,6 +1,6 @@
 //! Digital Surf's SUR: a header of 512 bytes, a comment, a private zone, then integers, line by line, x
-//! fastest. The integers may be compressed. Then the file has the number of streams, the unpacked and packed
-//! length of each stream, and the streams in order.
+//! fastest. The integers may be compressed. A compressed file has the number of streams, the unpacked and packed length
+//! of each stream, and the streams in order.
 
 use std::borrow::Cow;
 use std::io::Read;

@@ -20,8 +20,8 @@ use crate::surface::topography::Topography;
 /// Smallest magnitude that counts as a hole: programs write such numbers where nothing was measured.
 const FILLER: f64 = 1e30;
 
-/// Values that are holes, as remarks name them. Their case is ignored, and runs of `*` and of `-` may be
-/// longer.
+/// Values that are holes, as remarks name them. The reader ignores the case of these values, and runs of `*` and of `-`
+/// may be longer.
 const HOLES: [&str; 10] = [
     "",
     "nan",
@@ -566,7 +566,7 @@ fn each_line(
     separator: Option<char>,
     mut each: impl FnMut(u64, &[&str]) -> Result<(), ReadProblem>,
 ) -> Result<(), ReadProblem> {
-    /// Only value with two words.
+    /// The only value for a hole that has two words.
     const NO_DATA: &str = "No Data";
     let mut fields: Vec<&str> = Vec::new();
     let Some(separator) = separator else {

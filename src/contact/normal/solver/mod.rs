@@ -1,14 +1,15 @@
 //! Projected conjugate gradients, with the approximate inverse of the half spaces as preconditioner.
 //!
 //! Each step leads from an admissible pressure with the required resultants to another one of lower energy. The search
-//! direction remains conjugate while cells enter and leave the free set (β of Hestenes and Stiefel, from the true
-//! change of the residual). A trial step of the predicted length is projected onto the admissible pressures. The chord
-//! to the projected point is followed to its minimum; its displacement is the only convolution of the iteration. On a
-//! constant set of cells this is the conjugate gradient method, and it always descends. The projection may bend a
-//! direction so far that the chord does not descend. Then the solver tries shorter steps and simpler directions, down
-//! to the projected gradient, which always descends. These trials cost no convolution. If bounds cut off most of a
-//! step, the next step follows the gradient on all cells, far enough to bring most of them to a bound. Module [`step`]
-//! holds the steps.
+//! direction remains conjugate while cells enter and leave the free set: the solver computes β of Hestenes and Stiefel
+//! from the true change of the residual. A trial step of the predicted length is projected onto the admissible
+//! pressures. The chord to the projected point is followed to the minimum of the energy on the chord; the displacement
+//! of the chord is the only convolution of the iteration. On a constant set of cells the solver is the conjugate
+//! gradient method, and always descends. The projection may bend a direction so far that the chord does not descend. If
+//! the chord does not descend, the solver tries shorter steps and simpler directions, down to the projected gradient,
+//! which always descends. The trials of shorter steps and simpler directions cost no convolution. If bounds cut off
+//! most of a step, the next step follows the gradient on all cells, far enough to bring most of them to a bound. The
+//! module [`step`] computes the steps of the solver.
 
 mod step;
 
@@ -60,7 +61,7 @@ pub(super) struct Solver<'a, 'h> {
     /// Σ residual over the elastic cells, and their number.
     elastic: [f64; 2],
     peak: f64,
-    /// Cells whose pressure may change: elastic cells, and cells at a bound that must leave it.
+    /// Cells whose pressure may change: elastic cells, and cells at a bound that must leave the bound.
     free: Vec<usize>,
     /// Free cells of the last step, which is 0 on all other cells.
     last_free: Vec<usize>,

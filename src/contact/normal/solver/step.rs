@@ -136,8 +136,8 @@ impl Solver<'_, '_> {
         gather(&self.image, &self.free, &mut values.image);
         // If there are too few cells for all motions, or no unknown motion, the gap stays unchanged.
         without_resultants(&self.motions, &self.free, &mut values.gap);
-        // The last step is no longer needed. Its field now carries the input of the transform, and its image the
-        // output.
+        // The last step is no longer needed. Field `step` now carries the input of the transform, and field `image`
+        // carries the output.
         self.last_free.iter().for_each(|&c| self.step[c] = 0.0);
         if self.coarse.is_stale(&self.free) {
             self.set_springs();

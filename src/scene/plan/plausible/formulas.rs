@@ -81,7 +81,7 @@ pub fn aspect(setup: &Setup) -> Option<Figure> {
     number(rounded(setup.map?.fit.aspect))
 }
 
-/// Bounds of [`aspect`]. Only a map that states no spacing must have nearly square cells.
+/// Bounds of [`aspect`]. Only a surface map that states no spacing must have nearly square cells.
 pub fn aspect_bounds(setup: &Setup) -> Option<[f64; 2]> {
     setup.map?.fit.is_assumed.then_some([0.5, 2.0])
 }

@@ -1,9 +1,9 @@
 //! Plausibility checks before a run: a few figures of a scene by rules of thumb, with a warning if a figure is out of
 //! its bounds.
 //!
-//! A mistaken unit changes a figure by a thousand or more. The bounds are so wide that a joint of any metal, ceramic or
-//! polymer passes. Rules of thumb give only the order of magnitude. An unusual value gets a remark instead of a
-//! warning, because it may be intended.
+//! A wrong unit in a scene changes a figure by a factor of a thousand or more. The bounds are so wide that a joint of
+//! any metal, ceramic or polymer passes. Rules of thumb give only the order of magnitude. An unusual value gets a
+//! remark instead of a warning, because it may be intended.
 //!
 //! [`table::TABLE`] has a row for each figure. [`formulas`] has the formulas that are too long for a row.
 
@@ -45,7 +45,7 @@ enum Bounds {
     AtLeast(f64),
     AtMost(f64),
     Between(f64, f64),
-    /// Between these, or zero, which means that there is none.
+    /// The figure lies between these two values, or is zero if the scene lacks the quantity.
     ZeroOr(f64, f64),
     /// Smallest and largest value, computed from the scene.
     Of(fn(&Setup) -> Option<[f64; 2]>),

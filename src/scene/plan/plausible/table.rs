@@ -181,10 +181,12 @@ pub static TABLE: &[Row] = &[
     row("mean pressure over the contact modulus")
         .of(|setup| strain(setup.face?.mean_pressure()?, setup.face?.modulus()))
         .keys("contact.normal_load, joint.size, material.youngs_modulus")
-        // Above the upper bound it is not a bolted joint. Below the lower bound the bodies hardly touch.
+        // A joint above the upper bound is not a bolted joint. The bodies of a joint below the lower bound hardly
+        // touch.
         .bounds(Between(1e-10, 1e-2))
         .hint("kN or N, mm or m, GPa or MPa?")
-        // This is 0.1 MPa on steel. A lower pressure is more like a weight than a bolt.
+        // On steel, the lowest usual ratio of 1e-6 is a pressure of 0.1 MPa. A lower pressure suggests a weight instead
+        // of a bolt.
         .usual(AtLeast(1e-6))
         .remark("less than any bolt applies; kN or N, GPa or MPa?"),
     row("number of cells that touch")
@@ -268,7 +270,7 @@ pub static TABLE: &[Row] = &[
     row("mean load of the motion over that of the contact")
         .of(mean_load)
         .keys("motion.history, contact.normal_load")
-        // Both mean the same load.
+        // The mean load of the motion and the load of the contact describe the same load.
         .bounds(Between(0.02, 50.0))
         .hint("N or kN?"),
     row("motion over a cell")
