@@ -207,8 +207,8 @@ class Package(Import):
     def test_a_child_that_dies_hangs_or_is_missing_says_so(self):
         for function, said in (
             ("die", "signal SIGSEGV"),
-            ("hang", "stopped after"),
-            ("eat", "wants more than"),
+            ("hang", "did not finish within 2 s"),
+            ("eat", "needs more than"),
             ("miss", r"pip install 'fretwear\[gmsh\]'"),
             ("leave", "returned nothing"),
         ):
@@ -256,7 +256,7 @@ class Abaqus(Import):
         self.file("c_STIF1.mtx", mtx(K[np.ix_(part, part)], rows))
         self.file("c_MASS1.mtx", mtx(M[np.ix_(part, part)], rows))
         shutil.rmtree(self.out)
-        self.rejected(*files, said=r"node 105 .*no rows for its directions \[2\]")
+        self.rejected(*files, said=r"node 105 .*no rows for the directions \[2\]")
 
     def deck(self, keyword="*NODE", at=lambda position: position):
         lines = [keyword, *(f"{node}, " + ", ".join(repr(float(x)) for x in at(position)) for node, position in BLOCKS.nodes.items())]
@@ -315,14 +315,14 @@ class Abaqus(Import):
             *matrices,
             "--labels",
             self.file("labels.csv", "label,instance,node\n" + "".join(lines[:-1])),
-            said="labels of the matrices are no nodes|first is 36",
+            said="labels of the matrices have no node in the deck, such as label 36",
         )
         labels = self.file("labels.csv", "label,instance,node\n" + "".join([*lines, "999,UPPER-1,1\n"]))
         self.rejected(*files, *matrices, "--labels", labels, said="two labels")
         mesh = self.imported(*files)
         np.testing.assert_allclose(mesh.frequencies()[0], FREE, rtol=1e-7)
         self.assertEqual(len(mesh.nodes), 72)
-        self.assertIn("36 is added", " ".join(mesh.about["left_out"]))
+        self.assertIn("adds 36 to the node numbers", " ".join(mesh.about["left_out"]))
 
     def test_two_instances_of_one_part_in_another_order_than_the_labels(self):
         nodes, elements = block(1, 0.0)
@@ -397,7 +397,7 @@ class Abaqus(Import):
     def test_keywords_that_are_not_read_are_rejected_by_name(self):
         plain = (CASES / "indented_keyword" / "plain.inp").read_text()
         for text, said in (
-            ("*COUPLING, CONSTRAINT NAME=C\n", r"x\.inp, line 119: \*COUPLING"),
+            ("*COUPLING, CONSTRAINT NAME=C\n", r"x\.inp, line 119: .*\*COUPLING"),
             ("*MASS, ELSET=LOWER\n1.\n", r"\*MASS"),
             ("*NMAP\n", r"\*NMAP"),
             ("*ELEMENT, TYPE=C3D8R\n9999, 1,2,5,4,13,14,17,16\n*SOLID SECTION, ELSET=X, MATERIAL=STEEL\n", "X"),
@@ -405,15 +405,15 @@ class Abaqus(Import):
             ("*INCLUDE, INPUT=x.inp\n", "include each other"),
             ("*BOUNDARY\nTIP, 1, 1, 0.5\n", "0.5"),
             ("*BOUNDARY\nNOSET, 1, 1\n", "NOSET"),
-            ("*NSET, NSET=A\nA\n*BOUNDARY\nA,1\n", "found A"),
+            ("*NSET, NSET=A\nA\n*BOUNDARY\nA,1\n", "no set A"),
             ("*TRANSFORM, NSET=TIP, TYPE=Q\n0,0,0,1,0,0\n", "TYPE=Q"),
             ("*SYSTEM\n0,0,0,0,0,1\n", r"\*SYSTEM"),
             ("*INSTANCE, NAME=A, PART=B\n", "PART=B"),
             ("*NODE\n1,2,zwei,3\n", "zwei"),
             ("*EQUATION\n2\n101,1,1.\n", "number of terms"),
-            ("*EQUATION\n2\n101,1,one,25,1,-1.\n", "found 'one'"),
+            ("*EQUATION\n2\n101,1,one,25,1,-1.\n", "the value is 'one'"),
             ("*EQUATION\n2\n1,1,1.,25,1,-1.\n", "node 1, direction 1 depends"),
-            ("*BOUNDARY\nTIP, 1, 1, zero\n", "found 'zero'"),
+            ("*BOUNDARY\nTIP, 1, 1, zero\n", "the value is 'zero'"),
             ("".join(f"*NSET, NSET=S{k}\nS{k + 1}\n" for k in range(3000)) + "*NSET, NSET=S3000\n1\n*BOUNDARY\nS0,1\n", "too deeply"),
         ):
             with self.subTest(text):
@@ -421,7 +421,7 @@ class Abaqus(Import):
         self.rejected(self.file("x.inp", plain.replace("TYPE=C3D8, ELSET=UPPER", "TYPE=C3D8R, ELSET=UPPER")), said="C3D8R")
         self.rejected(self.file("x.inp", plain.replace("\n*ELASTIC", "\n*ELASTIC, TYPE=ORTHOTROPIC")), said="ORTHOTROPIC")
         self.rejected(self.file("x.inp", plain.replace("1, 1, 2, 5, 4, 13", "1, 2, 1, 5, 4, 13")), said="inside out")
-        self.rejected(self.file("x.inp", plain), self.file("x_LOAD1.mtx", ""), said="_LOAD1|its name")
+        self.rejected(self.file("x.inp", plain), self.file("x_LOAD1.mtx", ""), said="_LOAD1.*the file name")
         for text, said in (
             ("1,1,2\n", "line 1"),
             ("*USER ELEMENT, NODES=2\n", "substructure"),
@@ -440,13 +440,13 @@ class Abaqus(Import):
         shutil.rmtree(self.out)
         section = plain.index("*SOLID SECTION")
         for text, said in (
-            (damping + plain, r"x\.inp, line 1: \*DAMPING: found it apart"),
-            (plain[:section] + "*SOLID SECTION, ELSET=LOWER, MATERIAL=STEEL\n" + damping + plain[section:], "found it apart"),
-            (plain.replace("*STEP", "*STEP\n" + damping), "found it apart"),
-            (before + damping + damping + after, "DAMPING: found it twice in the material STEEL"),
+            (damping + plain, r"x\.inp, line 1: \*DAMPING has no \*MATERIAL"),
+            (plain[:section] + "*SOLID SECTION, ELSET=LOWER, MATERIAL=STEEL\n" + damping + plain[section:], r"DAMPING has no \*MATERIAL"),
+            (plain.replace("*STEP", "*STEP\n" + damping), r"DAMPING has no \*MATERIAL"),
+            (before + damping + damping + after, "DAMPING has a second occurrence in the material STEEL"),
             (before + damping.replace("0.02", "-0.02") + after, "STRUCTURAL=-0.02"),
-            (before + damping.replace("STRUCTURAL", "ALPHA") + after, "found ALPHA"),
-            (before + "*DENSITY\n7.85E-9\n" + after, "DENSITY: found it twice in the material STEEL"),
+            (before + damping.replace("STRUCTURAL", "ALPHA") + after, "DAMPING has ALPHA"),
+            (before + "*DENSITY\n7.85E-9\n" + after, "DENSITY has a second occurrence in the material STEEL"),
             (plain.replace("*STEP", "*GLOBAL DAMPING, STRUCTURAL=0.02\n*STEP"), r"\*GLOBAL DAMPING"),
             (plain.replace("*END STEP", "*MODAL DAMPING\n1,9,0.02\n*END STEP"), r"\*MODAL DAMPING"),
         ):
@@ -458,8 +458,8 @@ class Abaqus(Import):
         text, move = files[0].read_text(), "0., 0., 0.\n"
         turn = "0., 0., 0., 1., 0., 0., 90.\n"
         self.assertIn(move + turn, text)
-        self.rejected(self.file("job.inp", text.replace(move + turn, turn)), said=r"line 114: \*INSTANCE, NAME=P-1: found 0\., 0\.")
-        self.rejected(self.file("job.inp", text.replace(" 90.\n", "\n")), said=r"line 115: \*INSTANCE, NAME=P-1: .*an angle")
+        self.rejected(self.file("job.inp", text.replace(move + turn, turn)), said=r"line 114: \*INSTANCE, NAME=P-1 has the line 0\., 0\.")
+        self.rejected(self.file("job.inp", text.replace(" 90.\n", "\n")), said=r"line 115: \*INSTANCE, NAME=P-1 .*an angle")
 
     def test_real_matrices_of_abaqus(self):
         if not (SHARED / "abaqus_mtx").is_dir():
@@ -621,17 +621,17 @@ class Gmsh(Import):
         text = file.read_text()
         self.rejected(file, said="have no material; .*BODY")
         self.rejected(file, "--material", f"HEAD={STEEL}", said=r"box\.msh: .*no physical group of solids.*BODY")
-        self.rejected(file, "--material", f"BODY={STEEL}", "--material", "BODY=1,0.3,1", said="BODY has a material already")
-        self.rejected(file, "--material", "BODY=-1,0.3,1", said="E and rho above zero")
+        self.rejected(file, "--material", f"BODY={STEEL}", "--material", "BODY=1,0.3,1", said="BODY already has a material")
+        self.rejected(file, "--material", "BODY=-1,0.3,1", said="E and rho must be finite and above zero")
         self.rejected(file, "--material", f"BODY={STEEL}", "--material", f"all of it={STEEL}", said="one material")
         self.rejected(file, "--material", f"BODY={STEEL}", "--fixed", "TOP", said="no set of nodes")
         for old, new, said in (
             ("2.2 0 8", "1.0 0 8", "mesh format 2.2 or 4.1"),
             ('"UNDER"', '"BODY"', "two physical groups"),
-            ('"UNDER"', '"body"', "do not tell apart"),
-            ("$Elements\n6\n", "$Elements\n5\n", "says 5 lines and has 6"),
+            ('"UNDER"', '"body"', "differ only in case"),
+            ("$Elements\n6\n", "$Elements\n5\n", "declares 5 lines but has 6"),
             ("5 5 2 2 1 1 2 4 3 5 6 8 7", "5 5 2 2 1 2 4 3 5 6 8 7", "element line"),
-            ("5 5 2 2 1 1 2 4 3 5 6 8 7", "5 5 2 2 1 1 2 4 3 5 6 8 99", "not there|cannot read"),
+            ("5 5 2 2 1 1 2 4 3 5 6 8 7", "5 5 2 2 1 1 2 4 3 5 6 8 99", "does not define|cannot read"),
             (" 1 2 4 3 5 6 8 7\n", " 5 6 8 7 1 2 4 3\n", "inside out"),
             ("$EndElements\n", "", "cut off"),
         ):
@@ -726,7 +726,7 @@ class Nastran(Import):
         self.same(self.imported(self.file("p.pch", mixed)))
         self.rejected_again(self.file("p.pch", text.replace("CORD2R         6       0", "CORD2R         6       6")), "depends on itself")
         self.rejected_again(
-            self.file("p.pch", text.replace("CORD2R         6       0", "CORD2R         7       0")), "found the axes 6|found 'the axes 6'"
+            self.file("p.pch", text.replace("CORD2R         6       0", "CORD2R         7       0")), "has the coordinate system 6"
         )
 
     def rejected_again(self, *arguments):
@@ -764,11 +764,11 @@ class Nastran(Import):
             (head, head.replace("6       2", "2       2"), "form 2"),
             (head, head.replace("6       2", "9       2"), "form 9"),
             (head, head + "       1", "POLAR 1"),
-            (head, "", "before its first entry"),
+            (head, "", "before its header"),
             (column, column + "*                     13               1 1.000000000D+00\n", "twice"),
             (column, column + "*                     13               9 1.000000000D+00\n", "a direction"),
             (column, column + "*                     13               1            kilo\n", "kilo"),
-            (column, "*       nothing\n", "nothing|found"),
+            (column, "*       nothing\n", "a second header of KAAX"),
             ("MAAX", "XAAX", "no mass"),
         ):
             with self.subTest(new):
@@ -791,7 +791,7 @@ class Nastran(Import):
         )
         folder = Folder(self.out)
         self.assertEqual(sorted(folder.sets["SET7"]), [25, *BLOCKS.top])
-        self.assertIn("CBAR (1)", " ".join(folder.about["left_out"]))
+        self.assertIn("CBAR (1 ×)", " ".join(folder.about["left_out"]))
 
     @needs("pyyeti")
     def test_output4_in_all_its_forms(self):
@@ -821,7 +821,7 @@ class Nastran(Import):
         op4.write(str(path), {"kaa": BLOCKS.K * (1 + 0.01j), "maa": BLOCKS.M, "k4aa": 0 * BLOCKS.K}, binary=True)
         folder = self.imported(path, nodes)
         np.testing.assert_allclose(folder.matrices["Ks"], 0.01 * BLOCKS.K, atol=1e-9 * BLOCKS.K.max())
-        self.rejected_again(path, self.file("s.pch", self.grids()), "6.? ?for each GRID|180 rows")
+        self.rejected_again(path, self.file("s.pch", self.grids()), "180 rows, but the count of six rows per GRID")
         self.rejected_again(path, "no GRID")
         self.rejected_again(path, self.file("s.pch", self.grids() + "EXTRN,14,123,13,123\n"), "ascend")
         op4.write(str(path), {"kaa": BLOCKS.K[:, :9], "maa": BLOCKS.M}, binary=True)
@@ -833,7 +833,7 @@ class Nastran(Import):
         op4.write(str(path), {"kaa": np.triu(BLOCKS.K), "maa": BLOCKS.M}, binary=True)
         self.rejected_again(path, nodes, "one side")
         op4.write(str(path), {"kaa": BLOCKS.K, "kgg": BLOCKS.K, "maa": BLOCKS.M}, binary=True)
-        self.rejected_again(path, nodes, "both stiffness")
+        self.rejected_again(path, nodes, "both denote stiffness")
 
     @needs("pyyeti")
     def test_positions_are_those_of_pyyeti(self):
@@ -903,7 +903,7 @@ class Nastran(Import):
             ("CTETRA,900,1,1,2,4,9999", "9999"),
             ("GRID,1,,7.,8.,9.", "GRID.*again"),
             ("MAT1,7,zwei,,0.3", "zwei|E, G"),
-            ("  oops", "oops|OOPS|ends an entry"),
+            ("  oops", "oops|OOPS"),
         ):
             with self.subTest(text):
                 extra = "MAT1,7,1.,,.3,1.\nPSOLID,7,7\n" if "zwei" not in text else "PSOLID,7,7\n"
@@ -914,7 +914,7 @@ class Nastran(Import):
         self.file("spc.bdf", "SPC1,4,123,TIP".replace("TIP", "101") + "\n")
         self.assertEqual(len(self.imported(self.file("m.bdf", self.bulk("include 'spc.bdf'"))).held), 36)
         self.assertEqual(len(Folder(self.out).about["files"]), 2)
-        self.assertIn("does not select: 4.", " ".join(Folder(self.out).about["left_out"]))
+        self.assertIn("SPC that the case control does not select: 4.", " ".join(Folder(self.out).about["left_out"]))
 
     @needs("pyyeti")
     def test_the_case_control_selects_constraints(self):
@@ -930,8 +930,8 @@ class Nastran(Import):
                 self.assertEqual((len(folder.held), len(folder.equations)), (held, equations))
                 self.assertIn(said or "", " ".join(folder.about["left_out"]))
         for case, said in (
-            ("SPC = 9", r"m\.bdf: .*SPC = 9, .*there are 3"),
-            ("SPC = 3\nMPC = 8", "MPC = 8, .*there are 7"),
+            ("SPC = 9", r"m\.bdf: .*SPC = 9, .*sets are 3"),
+            ("SPC = 3\nMPC = 8", "MPC = 8, .*sets are 7"),
             ("SUBCASE 1\nSPC = 3\nSUBCASE 2\nSPC = 4", "3 in subcase 1; 4 in subcase 2"),
             ("SUBCASE 1\nSPC = 3\nSUBCASE 2\nLOAD = 1", "3 in subcase 1; none in subcase 2"),
         ):
@@ -939,7 +939,7 @@ class Nastran(Import):
         alone = self.bulk(mpc).split("BEGIN BULK\n")[1]
         folder = self.imported(self.file("m.bdf", alone))
         self.assertEqual((len(folder.held), len(folder.equations)), (36, 1))
-        self.assertIn("The only set, 3, acts", " ".join(folder.about["left_out"]))
+        self.assertIn("the only set of SPC, 3.", " ".join(folder.about["left_out"]))
         self.rejected_again(self.file("m.bdf", "SPC1,4,1,101\n" + alone), r"sets \[3, 4\]")
 
     @needs("pyyeti")
@@ -947,9 +947,9 @@ class Nastran(Import):
         for case, more in (("SPC = 3", "PARAM,G,.02"), ("SPC = 3\nparam,g,0.02", "PARAM,G,2.-2")):
             folder = self.imported(self.file("m.bdf", self.bulk(more, case=case)))
             self.assertEqual(tomllib.loads((self.out / "scene.toml").read_text())["dynamics"], {"loss_factor": 0.02})
-            self.assertIn("PARAM G = 0.02: it is dynamics.loss_factor", " ".join(folder.about["left_out"]))
+            self.assertIn("writes PARAM G = 0.02 as dynamics.loss_factor", " ".join(folder.about["left_out"]))
         folder = self.imported(self.file("m.bdf", self.bulk("PARAM,ALPHA1,5.\nPARAM,W4,100.")))
-        self.assertRegex(" ".join(folder.about["left_out"]), "ALPHA1 = 5.0: damping by the mass.* W4 = 100.0: structural damping")
+        self.assertRegex(" ".join(folder.about["left_out"]), "ALPHA1 = 5.0: give damping proportional to the mass.* W4 = 100.0: structural damping")
         self.rejected_again(self.file("m.bdf", self.bulk("PARAM,G,.02", case="PARAM,G,.03")), "G = 0.02 beside G = 0.03")
         self.rejected_again(self.file("m.bdf", self.bulk("PARAM,G,-.02")), "G = -0.02")
 
@@ -1094,9 +1094,9 @@ class Matlab(Import):
         self.assertAlmostEqual(folder.stuck(folder.nearest_pairs("TOP", "BOTTOM")), STUCK, places=2)
         self.assertIn('fixed = "TOP"', (self.out / "scene.toml").read_text())
         shutil.rmtree(self.out)
-        self.rejected(path, said="where the nodes are")
-        self.rejected(path, nodes, self.file("x.csv", "a,b\n1,2\n"), said="its first line is a,b")
-        self.rejected(path, nodes, self.file("rows.csv", "node,direction\n13,1\n"), said="180 rows, and 1 rows")
+        self.rejected(path, said="no positions of nodes")
+        self.rejected(path, nodes, self.file("x.csv", "a,b\n1,2\n"), said="the first line is a,b")
+        self.rejected(path, nodes, self.file("rows.csv", "node,direction\n13,1\n"), said="180 rows, but the list of its rows has 1;")
         self.rejected(path, nodes, self.file("rows.csv", "node,direction\n" + "13,1\n" * 180), said="two rows")
         self.rejected(path, nodes, self.file("sets.csv", "set,node\nTOP,99\n"), said="node 99")
         self.rejected(path, self.file("nodes.csv", "node,x,y,z\n1,2,3,4\n"), said="neither three nor six")
@@ -1274,7 +1274,7 @@ class Surface(Import):
         heights = surfaces.heights(True)
         found, _ = self.map(self.file("a.dat", surfaces.metropro(heights, (2.0, 2.0))))
         self.same(found, heights, (2.0, 2.0), tolerance=1e-5)
-        self.rejected(self.file("b.dat", "1 2 3\n"), said="reads such files itself")
+        self.rejected(self.file("b.dat", "1 2 3\n"), said="reads this format directly")
         self.rejected(self.file("c.dat", b"\0" * 9), said=r"several formats.*--format NAME.*metropro \(\.dat\)")
         # The name of the reader decides over the extension.
         found, _ = self.map(self.made("os3d", name="d.dat"), "--format", "os3d")
@@ -1283,11 +1283,11 @@ class Surface(Import):
     @needs("SurfaceTopography")
     def test_units_are_never_made_up(self):
         volts = self.made("mi", (("Deflection", "V"),))
-        self.rejected(volts, said=r"a\.mi: the heights of 'Deflection' have the unit 'V', .*--unit says")
+        self.rejected(volts, said=r"a\.mi: the heights of 'Deflection' have the unit 'V', .*give the length of one unit of height")
         found, said = self.map(volts, "--unit", "500 nm")
         self.same(found, surfaces.heights(False) / 2)
-        self.assertIn("by --unit 500 nm; the file has the unit 'V'", said)
-        self.assertEqual(found.about["corrected"], ["unit by --unit 500 nm; the file has the unit 'V'"])
+        self.assertIn("from --unit 500 nm; the file has the unit 'V'", said)
+        self.assertEqual(found.about["corrected"], ["unit from --unit 500 nm; the file has the unit 'V'"])
         # What is no length in a Nanoscope file is its digits: 4096 for 1 um here.
         digits = self.made("spm", (("Deflection", "V"),), name="a.003")
         self.rejected(digits, said="no unit")
@@ -1298,32 +1298,32 @@ class Surface(Import):
         self.same(self.map(wave, "--unit", "m")[0], surfaces.heights(True))
         # Values of a wave in nm over sides in m are lengths.
         self.rejected(self.made("ibw", unit="A"), said="the unit 'A'")
-        self.rejected(self.made("os3d"), "--unit", "nm", said="--unit nm: .* states µm")
+        self.rejected(self.made("os3d"), "--unit", "nm", said="--unit nm: .* states the unit µm")
         self.map(self.made("os3d"), "--unit", "um")
         for unit in ("V", "0 m", "1e999 m", "-1 m", "m,kg,s"):
-            self.rejected(volts, "--unit", unit, said=f"--unit: found '{unit}'")
+            self.rejected(volts, "--unit", unit, said=f"--unit: the value is '{unit}'")
 
     @needs("SurfaceTopography")
     def test_sizes_are_never_made_up(self):
         heights = surfaces.heights(False)[:5, :5]
         tile = self.file("a.hgt", surfaces.hgt(heights * 8))
-        self.rejected(tile, "--unit", "0.125 um", said="the file states none.*--size")
+        self.rejected(tile, "--unit", "0.125 um", said="the file states no size.*--size")
         found, said = self.map(tile, "--unit", "0.125 um", "--size", "0.01mm,5 um")
         self.same(found, heights, (2.0, 1.0))
-        self.assertIn("10 um x 5 um (by --size; the file states none", said)
-        self.rejected(self.made("nms"), said="says 14 m x 3.75 m; --size")
+        self.assertIn("10 um x 5 um (from --size; the file states no size", said)
+        self.rejected(self.made("nms"), said="states 14 m x 3.75 m; give the size")
         _, said = self.map(self.made("nms"), "--size", "14 um,3.75 um")
-        self.assertIn("14 um x 3.75 um (by --size; the file says 14 m x 3.75 m)", said)
+        self.assertIn("14 um x 3.75 um (from --size; the file states 14 m x 3.75 m)", said)
         # Sides in volts.
-        self.rejected(self.made("ibw", side="V"), said="states 1.4e-05 x 3.75e-06 in the unit 'V'; --size")
+        self.rejected(self.made("ibw", side="V"), said="states 1.4e-05 x 3.75e-06 in the unit 'V'; give the size")
         for size in ("1 mm", "1 mm,2 km", "0.5 um,1 mm", "1 mm,1 mm,1 mm", "2,2"):
             self.rejected(tile, "--unit", "um", "--size", size, said="--size")
 
     @needs("SurfaceTopography")
     def test_a_channel_is_chosen_or_named(self):
         several = self.made("gwy", channels=(("Forth", "m"), ("Back", "m"), ("Back", "m")))
-        self.rejected(several, said=r"3 channels are heights; --channel NAME.*'Forth' \(7 x 5, the unit 'm'\); 'Back#1'.*'Back#2'")
-        self.rejected(several, "--channel", "Back", said="no channel 'Back'; the file has 'Forth'")
+        self.rejected(several, said=r"3 channels contain heights; give one with --channel NAME.*'Forth' \(7 x 5, the unit 'm'\); 'Back#1'.*'Back#2'")
+        self.rejected(several, "--channel", "Back", said="no channel 'Back'; its channels are 'Forth'")
         self.same(self.map(several, "--channel", "Forth")[0], surfaces.heights(True))
         self.same(self.map(several, "--channel", "Back#2")[0], surfaces.heights(True)[::-1, ::-1])
         # One of two is a height.
@@ -1339,7 +1339,7 @@ class Surface(Import):
         self.rejected(
             self.file("a.tmd", surfaces.tmd(false, surfaces.SPACING)), said=r"the heights span 1e\+24 m on a map of 14 um x 3.75 um"
         )
-        self.rejected(self.file("b.tmd", surfaces.tmd(np.nan * heights, surfaces.SPACING)), said="found 0 heights for 7 x 5")
+        self.rejected(self.file("b.tmd", surfaces.tmd(np.nan * heights, surfaces.SPACING)), said="has 0 heights for 7 x 5")
         self.rejected(self.file("a.os3d", surfaces.os3d(heights[:, :1], surfaces.SPACING)), said=r"is a profile \(7 x 1 points\)")
 
     @needs("SurfaceTopography")
@@ -1348,33 +1348,33 @@ class Surface(Import):
         self.same(self.map(self.made("gwy"))[0], surfaces.heights(True))
         heights = surfaces.heights(False)
         whole = surfaces.os3d(heights, surfaces.SPACING)
-        self.rejected(self.file("b.os3d", whole[:-30]), said="SurfaceTopography cannot read it.*damaged")
-        self.rejected(self.file("c.os3d", b"text"), said="SurfaceTopography cannot read it")
+        self.rejected(self.file("b.os3d", whole[:-30]), said="SurfaceTopography cannot read the file.*damaged")
+        self.rejected(self.file("c.os3d", b"text"), said="SurfaceTopography cannot read the file")
         many = whole.replace(struct.pack("<ii", 7, 5), struct.pack("<ii", 20000, 20000))
         self.rejected(self.file("d.os3d", many), said="more than 134217728|GB|cannot read")
 
     def test_files_that_never_go_to_the_library(self):
         with mock.patch.object(child, "call", side_effect=AssertionError):
             for extension in ("txt", "csv", "xyz", "asc", "tsv", "npy", "x3p", "sur", "SUR", "sdf", "al3d", "parquet"):
-                self.rejected(self.file(f"a.{extension}", "1 2 3"), said=rf'reads such files itself: write surface.path = "a.{extension}"')
-            self.rejected(self.file("a.dat", "1 2 3"), said="reads such files itself")
-            self.rejected(self.file("a.bin", "DIGITAL SURF"), "--format", "sur", said="reads such files itself")
+                self.rejected(self.file(f"a.{extension}", "1 2 3"), said=rf'reads this format directly; write surface.path = "a.{extension}"')
+            self.rejected(self.file("a.dat", "1 2 3"), said="reads this format directly")
+            self.rejected(self.file("a.bin", "DIGITAL SURF"), "--format", "sur", said="reads this format directly")
             self.rejected(self.file("a.lext", "x"), said="not measured")
             self.rejected(self.file("a.npz", "x"), said="without a unit")
-            self.rejected(self.file("a.bin", "x"), said=r"none that is read; say --format NAME: bcr \(\.bcr \.bcrf\), datx")
-            self.rejected(self.file("a.opd", "x"), "--format", "wyko", said="--format wyko: there is no such reader; known are bcr")
+            self.rejected(self.file("a.bin", "x"), said=r"give --format NAME with one of the readers bcr \(\.bcr \.bcrf\), datx")
+            self.rejected(self.file("a.opd", "x"), "--format", "wyko", said="--format wyko: this reader does not exist; the known readers are bcr")
             self.rejected(self.folder / "none.opd", said="no such file")
 
     def test_options_and_outputs(self):
         file = self.file("a.opd", "x")
-        self.rejected(file, "--upper", "TOP", "--lower", "BOTTOM", said="--upper is of a structure")
-        self.rejected(file, file, said="FILE... is of a structure")
+        self.rejected(file, "--upper", "TOP", "--lower", "BOTTOM", said="--upper applies only to structures")
+        self.rejected(file, file, said="FILE... applies only to structures")
         for option in ("--format", "--channel", "--size"):
-            super().rejected(file, option, "x", said=f"{option} is of a surface")
-        super().rejected(said="no file to read")
+            super().rejected(file, option, "x", said=f"{option} applies only to surfaces")
+        super().rejected(said="no input file")
         super().rejected(self.file("b.opd", "x"), said="--surface")
         self.out = self.folder / "map.csv"
-        self.rejected(file, said=r"map\.csv: .*\.parquet would be right")
+        self.rejected(file, said=r"map\.csv: .*must end with \.parquet")
 
     @needs("SurfaceTopography")
     def test_an_existing_table_is_replaced_by_force_alone(self):
@@ -1399,7 +1399,7 @@ class Surface(Import):
         (package / "METADATA").write_text("Metadata-Version: 2.1\nName: SurfaceTopography\nVersion: 1.18.0\n")
         mock.patch.stopall()
         with mock.patch.dict(os.environ, {"PYTHONPATH": str(self.folder)}):
-            self.rejected(file, said=r"needs SurfaceTopography \(version 1\.18\.0 is installed\): pip install 'fretwear\[surface\]'")
+            self.rejected(file, said=r"needs SurfaceTopography \(version 1\.18\.0 is installed\); .*pip install 'fretwear\[surface\]'")
 
     def test_numpy_is_missing(self):
         for arguments, extra in ((["--surface", "a.opd"], "surface"), (["a.msh"], "abaqus")):
@@ -1420,7 +1420,7 @@ class Surface(Import):
         real = REAL / "ST_nms-1.nms"
         if not real.is_file():
             self.skipTest("real topographies are not there")
-        self.rejected(real, said="says 160 m x 160 m")
+        self.rejected(real, said="states 160 m x 160 m")
         found, _ = self.map(real, "--size", "160 um,160 um")
         head, counts = real.read_bytes()[:3468], np.frombuffer(real.read_bytes(), "<u2", 512 * 512, 3468)
         low, high = struct.unpack_from("<dd", head, 16)
@@ -1478,7 +1478,7 @@ class Damaged(Import):
                     code, said = self.call(*group, *[o for o in options if not isinstance(o, dict)])
                     self.assertIn(code, (0, 2), said)
                     self.assertNotIn("Traceback", said)
-                    self.assertNotIn("a fault of", said)
+                    self.assertNotIn("has a bug", said)
                     self.assertEqual(self.out.exists(), code == 0)
                     if code:
                         self.assertRegex(said, r"^error: [^\n]+\n$")
@@ -1594,7 +1594,7 @@ class Damaged(Import):
                 self.rejected(
                     self.file("s.op4", "100000000 100000000       6       2KAA     1P,3E23.16\n"),
                     nodes,
-                    said="GB|cannot read|stopped|no stiffness|no matrix",
+                    said="GB|cannot read|did not finish|no stiffness|no matrix",
                 )
                 self.rejected(
                     self.file("t.bdf", "GRID,1,,0.,0.,0.\nSPOINT,1,THRU,2000000000\nDMIG,K,0,6,2,0\n"),

@@ -1,13 +1,15 @@
-"""Fretting wear of rough bolted joints: runs the program `fretwear`, and reads what it computed.
+"""The module runs the program `fretwear` and reads its runs.
+
+::
 
     import fretwear
 
-    run = fretwear.run("pipelines/lap_joint.toml", set={"contact.normal_load": "20 kN"})
+    run = fretwear.run("joint.toml", set={"contact.normal_load": "20 kN"})
     print(run.history(library="pandas")[["cycles", "wear_volume"]])
     pressure = run.field("pressure")  # [i, j], Pa
 
-All quantities are in SI units (m, N, Pa, J); `Run.units` says which unit a column has. In a scene, and so in `set`, a quantity is a
-text with its unit, as "20 kN".
+Results are in SI units (m, N, Pa, J). `Run.units` returns the unit of each column. A scene and the argument `set` take a quantity as a
+text with its unit, such as "20 kN".
 """
 
 from __future__ import annotations
@@ -25,7 +27,7 @@ __all__ = ["Error", "Run", "Stopped", "Value", "campaign", "explain", "plan", "r
 
 
 def __getattr__(name: str) -> Any:
-    """Imports a name when it is first used: pyarrow is needed to read runs alone."""
+    """Imports a name at its first use, because only `Run` needs pyarrow."""
     if name == "__version__":
         return importlib.import_module("fretwear._program").version()
     if name not in __all__:

@@ -1,4 +1,4 @@
-"""The folder of a run, read."""
+"""Reads the folder of a run."""
 
 from __future__ import annotations
 
@@ -48,12 +48,14 @@ def _units(file: Path) -> dict[str, str]:
 
 
 class Run:
-    """A run by its folder, as `Run("runs/lap_joint")`. It holds the path alone: each call reads what is committed by then, so that a
-    run may be read while it goes on. Nothing is checked against its hash but by `verify`. Raises Error if there is no run, or one of
-    another layout."""
+    """Reads the run in a folder, such as `Run("runs/joint")`.
+
+    Each call reads the iterations that are committed at that time, so you may read a run while the program computes it. Only `verify`
+    compares files with their hashes. The constructor raises Error if the folder has no run, or a run of another layout.
+    """
 
     def __init__(self, folder: str | os.PathLike[str]) -> None:
-        self.folder = Path(folder).absolute()  # Who changes the working folder keeps the run.
+        self.folder = Path(folder).absolute()  # The run stays valid if the working folder changes.
         if not (self.folder / "run.json").is_file():
             raise Error(f"there is no run at {self.folder}: run.json is missing")
         record = self._record()
@@ -102,27 +104,30 @@ class Run:
 
     @property
     def iterations(self) -> list[int]:
-        """The committed iterations that are kept, ascending; 0 is the unworn joint. Pruned ones are in `history` only."""
+        """Numbers of the stored iterations, ascending. Iteration 0 is the unworn joint. Only `history` has rows of pruned iterations."""
         found = self.folder.glob("iterations/wear_iteration=*/commit.json")
         numbers = (re.fullmatch(r"wear_iteration=(\d+)", commit.parent.name) for commit in found)
         return sorted(int(number[1]) for number in numbers if number)
 
     @property
     def latest(self) -> int:
-        """The last committed iteration. Raises Error where there is none yet."""
+        """Number of the last committed iteration. Raises Error if no iteration is committed."""
         if not (iterations := self.iterations):
             raise Error(f"{self.folder} has no committed iteration yet")
         return iterations[-1]
 
     @property
     def scene(self) -> dict[str, Any]:
-        """The scene as it was resolved, by section and key: quantities are numbers in SI units, defaults are filled in, what the scene
-        has not is None. `scene.toml` in the folder has it as text."""
+        """The resolved scene, by section and key.
+
+        Quantities are numbers in SI units. Keys with a default have their value, and absent sections are None. The file `scene.toml` in
+        the folder of the run has the same scene as text.
+        """
         scene: dict[str, Any] = self._record()["scene"]
         return scene
 
     def _repr_html_(self) -> str:
-        """The figures of the run with their error bars, as a table: what `fretwear status` prints."""
+        """The figures that `fretwear status` prints, with error bars, as an HTML table."""
         status = json.loads(call("status", "--json", "--", str(self.folder)))
         title = f"{escape(str(self.folder))}: iteration {status['wear_iteration']}, {status['state']}"
         if status["wear_iteration"] is None:
@@ -143,13 +148,13 @@ class Run:
     @overload
     def table(self, table: str, iteration: int | Literal["all"] | None, library: Literal["polars"]) -> pl.DataFrame: ...
     def table(self, table: str, iteration: int | Literal["all"] | None = None, library: Library = "arrow") -> Any:
-        """A table of an iteration, or of the whole run (`surface`, `structure`, …), with rows in the order of the file, in SI units.
+        """Returns a table of one iteration, of all iterations, or of the whole run (`surface`, `structure`, …), in SI units.
 
-        - `iteration`: None is the last; "all" takes the rows of all kept iterations that have the table, ascending, with the column
-          `wear_iteration` first.
-        - `library`: "arrow" (a `pyarrow.Table`, whose schema has the units), "pandas" or "polars" (their `DataFrame`).
+        - `iteration`: number of the iteration, or None for the last one. "all" returns the rows of all stored iterations, ascending, with
+          the first column `wear_iteration`.
+        - `library`: "arrow" returns a `pyarrow.Table` with the units in its schema; "pandas" and "polars" return a `DataFrame`.
 
-        Raises Error if there is no such iteration or table.
+        Raises Error if the run does not have the iteration or the table.
         """
         if iteration != "all":
             return _as(library, pq.ParquetFile(self._file(table, iteration)).read())
@@ -161,11 +166,12 @@ class Run:
         return _as(library, pa.concat_tables(numbered, promote_options="default"))
 
     def scan(self, table: str) -> pl.LazyFrame:
-        """A table over all kept iterations as a Polars LazyFrame: files are read when it is collected, and only the columns in use.
+        """Returns a table over all stored iterations as a Polars LazyFrame.
 
-        The column `wear_iteration` is first. Rows ascend by iteration; a column that an iteration lacks is null there. A table of the whole
-        run (`surface`, `structure`, …) or "history" has its own rows. Collect it before the run prunes iterations (`output.keep`): a pruned
-        file is an error of Polars. Raises Error if the run has no such table.
+        Polars reads the files at `collect`, and only the columns in use. The first column is `wear_iteration`, and rows ascend by
+        iteration. A column that an iteration does not have is null in its rows. A table of the whole run (`surface`, `structure`, …) and
+        "history" have no further column. Call `collect` before the run prunes iterations (`output.keep`), because Polars raises an
+        error for a pruned file. Raises Error if the run does not have the table.
         """
         import polars as pl
 
@@ -188,8 +194,11 @@ class Run:
     @overload
     def history(self, library: Literal["polars"]) -> pl.DataFrame: ...
     def history(self, library: Library = "arrow") -> Any:
-        """The course of the run: a row an iteration, ascending, pruned ones too. Columns of `summary` have their own names, those of
-        other one-row tables begin with the table's. Raises Error where no iteration is committed yet."""
+        """Returns one row per iteration, ascending, with pruned iterations.
+
+        Columns of the table `summary` keep their names. The names of columns of other one-row tables begin with the name of the table.
+        Raises Error if no iteration is committed.
+        """
         return _as(library, pq.ParquetFile(self._history()).read())
 
     def _history(self) -> Path:
@@ -198,12 +207,18 @@ class Run:
         return file
 
     def units(self, table: str) -> dict[str, str]:
-        """The unit of each column of a table, or of "history", as {"kn": "N/m"}; "1" is no unit. Raises Error if the run has none."""
+        """Returns the unit of each column of a table or of "history", such as {"kn": "N/m"}.
+
+        The unit "1" belongs to a dimensionless column. Raises Error if the run does not have the table.
+        """
         file = self._history() if table == "history" else self._file(table, max(self._having(table), default=None))
         return _units(file)
 
     def centres(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Where cells are: x of each i and y of each j in m, from the middle of the joint, as NumPy arrays. Raises Error without grid."""
+        """Returns the centres of the cells as two NumPy arrays: x of each i, and y of each j, in m.
+
+        The origin is the middle of the joint. Raises Error if the scene has no grid.
+        """
         import numpy as np
 
         joint = self.scene["joint"] or {}
@@ -217,10 +232,13 @@ class Run:
     @overload
     def field(self, column: str, iteration: int | None = None, *, as_xarray: Literal[True]) -> xr.DataArray: ...
     def field(self, column: str, iteration: int | None = None, *, as_xarray: bool = False) -> Any:
-        """A column of `contact_field`, `wear_field` or `surface` on the grid of the joint, as "pressure" (Pa); `iteration` as in `table`.
+        """Returns a column of `contact_field`, `wear_field` or `surface` on the grid of the joint, such as "pressure" (Pa).
 
-        A NumPy array [i, j] of floats, i along x and j along y; NaN where there is no cell, as in the hole. With `as_xarray` an
-        `xarray.DataArray` over x and y, the centres of cells in m, that knows its unit. Raises Error if there is no such field.
+        - `iteration`: number of the iteration, or None for the last one.
+        - `as_xarray`: True returns an `xarray.DataArray` over x and y, the centres of the cells in m, with its unit.
+
+        By default the result is a NumPy array [i, j] of floats, with i along x and j along y. Positions without a cell, such as the hole,
+        are NaN. Raises Error if the run does not have the field.
         """
         import numpy as np
 
@@ -246,24 +264,31 @@ class Run:
         return xarray.DataArray(values, axes, ("x", "y"), name=column, attrs={"units": unit})
 
     def plot(self, figure: str, iteration: int | None = None, *, axes: Axes | None = None) -> Figure:
-        """Draws a figure of the run with matplotlib, and returns it.
+        """Draws a figure of the run with matplotlib, and returns the figure.
 
-        - A field, as "pressure" or "wear_depth": a map of the joint at `iteration`, as in `table`.
-        - A curve, "hysteresis", "indentation", "frf" or "joint_cycle": at `iteration`.
-        - A column of `history`, as "wear_volume" or "resonance_frequency": its course over the cycles, with the error bar as a band.
+        - `figure`: a field such as "pressure" or "wear_depth" draws a map of the joint. The curves are "hysteresis", "indentation", "frf"
+          and "joint_cycle". A column of `history`, such as "wear_volume", draws its values over the cycles, with the error bar as a band.
+        - `iteration`: number of the iteration for a field or a curve, or None for the last one.
+        - `axes`: axes to draw on. The default is a new figure.
 
-        `axes`: where to draw; by default axes of a new figure. Raises Error if the run has no such figure.
+        Raises Error if the run does not have the figure.
         """
         from fretwear._plot import plot
 
         return plot(self, figure, iteration, axes)
 
     def verify(self) -> None:
-        """Checks every file of the run against its hash. Raises Error with code 4 and a line for each file or iteration."""
+        """Compares every file of the run with its hash.
+
+        Raises Error with code 4 and one line per damaged file or iteration.
+        """
         call("verify", "--", str(self.folder))
 
     def report(self, path: str | os.PathLike[str] | None = None) -> Path:
-        """Writes a page with all figures, to `path` or to `report.html` in the run's folder; returns where. Raises Error."""
+        """Writes an HTML page with all figures and returns its path.
+
+        The default of `path` is `report.html` in the folder of the run. Raises Error if the page cannot be written.
+        """
         page = self.folder / "report.html" if path is None else Path(path)
         call("report", f"--output={page}", "--", str(self.folder))
         return page

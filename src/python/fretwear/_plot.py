@@ -1,4 +1,4 @@
-"""Figures of a run with matplotlib."""
+"""Draws figures of a run with matplotlib."""
 
 from __future__ import annotations
 
@@ -19,30 +19,30 @@ if TYPE_CHECKING:
 
     from fretwear._folder import Run
 
-#: Tables that are curves: abscissa, ordinate.
+#: Abscissa and ordinate of each table that is a curve.
 CURVES = {
     "hysteresis": ("displacement", "load"),
     "indentation": ("displacement", "load"),
     "frf": ("frequency", "amplitude"),
     "joint_cycle": ("displacement_x", "force_x"),
 }
-#: Columns of the error bar that do not have the name of their figure.
+#: Columns of error bars whose names differ from the names of their figures.
 BARS = {
     "corrected_area_fraction": "error_corrected_area",
     "dissipated_energy_total": "error_wear_volume",
     "loaded_area_fraction": "error_loaded_area",
     "wear_rate": "error_dissipated_energy",
 }
-#: Units that an SI prefix scales as it is; that of m^3 would be cubed.
+#: Units that take an SI prefix. A prefix would be cubed in m^3.
 PREFIXED = ("m", "N", "Pa", "Hz", "J", "N/m")
-#: Tables of fields on the grid.
+#: Tables with fields on the grid.
 FIELDS = ("surface", "contact_field", "wear_field")
 
 
 def plot(run: Run, figure: str, iteration: int | None, axes: Axes | None) -> Figure:
-    """Draws a figure, as `Run.plot` says."""
+    """Draws a figure of a run. `Run.plot` documents the arguments."""
     if axes is None:
-        # pyplot chooses the backend. It does not keep the figure, so that a notebook shows it once.
+        # pyplot selects the backend. After `close`, a notebook shows the figure only once.
         from matplotlib import pyplot
 
         new = pyplot.figure(layout="constrained")
@@ -62,14 +62,14 @@ def _label(name: str, unit: str) -> str:
 
 
 def _name_axis(axis: Axis, name: str, unit: str) -> None:
-    """Labels an axis; ticks of units that take a prefix have it, as 2 mm."""
+    """Labels an axis. The ticks have an SI prefix if the unit takes one, such as 2 mm."""
     axis.set_label_text(_label(name, unit))
     if unit in PREFIXED:
         axis.set_major_formatter(EngFormatter(unit=unit))
 
 
 def _numbers(column: Any) -> NDArray[np.float64]:
-    """A column of a pyarrow table; NaN where it has no value."""
+    """Returns a column of a pyarrow table as floats. A null value becomes NaN."""
     values: NDArray[np.float64] = column.cast(pa.float64()).fill_null(np.nan).to_numpy()
     return values
 
@@ -79,7 +79,7 @@ def _curve(run: Run, figure: str, iteration: int | None, axes: Axes) -> None:
     x, y = CURVES[figure]
     across, up = _numbers(table[x]), _numbers(table[y])
     if figure == "frf":
-        # A curve per level of the force; a branch may turn back in frequency, and rows of no response break the line.
+        # One curve per force level. A branch may turn back in frequency, and rows without a response interrupt the line.
         for force in dict.fromkeys(table["force"].to_pylist()):
             rows = np.array(table["force"]) == force
             axes.plot(across[rows], up[rows], label=f"{force:g} N")
@@ -95,14 +95,14 @@ def _curve(run: Run, figure: str, iteration: int | None, axes: Axes) -> None:
 def _course(run: Run, figure: str, axes: Axes) -> None:
     history, units = run.history(), run.units("history")
     if not (pa.types.is_floating(history.schema.field(figure).type) or pa.types.is_integer(history.schema.field(figure).type)):
-        raise Error(f"the column {figure} of {run.folder} has no numbers to draw")
-    # A run without wear has its single state at iteration 0.
+        raise Error(f"the column {figure} of {run.folder} has no numbers to draw; give a numeric column of history")
+    # A run without wear has no column `cycles` and only iteration 0.
     along = "cycles" if "cycles" in history.column_names else "wear_iteration"
     cycles, values = _numbers(history[along]), _numbers(history[figure])
     axes.plot(cycles, values, marker=".")
     bar = BARS.get(figure, f"error_{figure}")
     if bar in history.column_names:
-        # A bar is relative to the figure, and half the width of the band.
+        # The error bar is relative to the value and equals half the width of the band.
         half = np.abs(values) * _numbers(history[bar])
         axes.fill_between(cycles, values - half, values + half, alpha=0.25, label="error bar")
         axes.legend()
@@ -114,7 +114,9 @@ def _map(run: Run, figure: str, iteration: int | None, axes: Axes) -> None:
     try:
         values = run.field(figure, iteration)
     except Error as error:
-        raise Error(f"no figure {figure}: {error}; curves are {sorted(CURVES)}, and any column of history is a figure") from None
+        raise Error(
+            f"the run has no figure {figure}: {error}; the curves are {sorted(CURVES)}, and each column of history is a figure"
+        ) from None
     x, y = run.centres()
     edges = [0.5 * (at[0] * 3 - at[1]) if end == 0 else 0.5 * (at[-1] * 3 - at[-2]) for at in (x, y) for end in (0, 1)]
     image = axes.imshow(values.T, origin="lower", extent=(edges[0], edges[1], edges[2], edges[3]), interpolation="nearest")
@@ -128,7 +130,7 @@ def _map(run: Run, figure: str, iteration: int | None, axes: Axes) -> None:
 
 
 def _tables(run: Run) -> list[str]:
-    """The tables of fields that a run has."""
+    """Returns the tables with fields that a run has."""
     found = []
     for table in FIELDS:
         try:

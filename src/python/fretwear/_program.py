@@ -1,4 +1,4 @@
-"""The program, called as a process of its own."""
+"""Starts the program as a separate process."""
 
 from __future__ import annotations
 
@@ -22,17 +22,17 @@ from typing import TYPE_CHECKING, Any, Union
 if TYPE_CHECKING:
     from fretwear._folder import Run
 
-#: What a key of a scene may be set to: a text with its unit ("20 kN"), a word, a number, a truth value, a list of them, a table of
-#: them. What NumPy makes of these is taken too.
+#: Value of a key of a scene: a text with its unit ("20 kN"), a word, a number, a truth value, or a list or table of these. Numbers and
+#: arrays of NumPy are accepted.
 Value = Union[str, bool, int, float, "os.PathLike[str]", Sequence["Value"], Mapping[str, "Value"]]
 
-#: The path of a scene, or a scene as a mapping of sections: `{"joint": {"grid": [64, 48], …}, …}`.
+#: Scene: the path of its file, or a mapping of its sections such as `{"joint": {"grid": [64, 48], …}, …}`.
 Scene = Union[str, "os.PathLike[str]", Mapping[str, Value]]
 
-#: A milestone of `when`, or several.
+#: One milestone of `when`, or several.
 Milestone = Union[str, Sequence[str]]
 
-#: Exit codes of the program: something failed, and a run stopped that can be continued.
+#: Exit codes of the program: failure, and a stopped run that can be continued.
 FAILED = 1
 STOPPED = 75
 
@@ -41,10 +41,10 @@ WRITTEN = "# Written by the Python module from a mapping; the next call may repl
 
 
 class Error(Exception):
-    """What the program refused or failed at, in its own words.
+    """Failure of the program, with its message.
 
-    `code` is its exit code: 1 failure, 2 usage or scene, 3 not converged (the last commit is kept), 4 damaged or mismatched run,
-    75 stopped (`Stopped`). It is None where this module itself found no program, run, table or column.
+    The attribute `code` is the exit code of the program: 1 failure, 2 wrong usage or scene, 3 not converged (the last commit is kept),
+    4 damaged or mismatched run, 75 stopped (`Stopped`). The code is None if the module finds no program, run, table or column.
     """
 
     def __init__(self, message: str, code: int | None = None) -> None:
@@ -53,9 +53,9 @@ class Error(Exception):
 
 
 class Stopped(Error):
-    """A run ended before its goal, and can be continued: by `max_wall`, or by a signal to the program.
+    """A run stopped before its end, because of `max_wall` or a signal, and can be continued.
 
-    `run` holds what is committed. The same call again goes on.
+    The attribute `run` is the run with its committed iterations. Repeat the same call to continue the run.
     """
 
     def __init__(self, message: str, run: Run) -> None:
@@ -67,7 +67,10 @@ class Stopped(Error):
 
 
 def program() -> str:
-    """The path of the program: what the variable FRETWEAR names, else what was installed with this module, else that of PATH."""
+    """Returns the path of the program.
+
+    The environment variable FRETWEAR has priority over the installed program, and the installed program over PATH.
+    """
     named = os.environ.get("FRETWEAR")
     if named:
         return named
@@ -81,7 +84,7 @@ def program() -> str:
 
 
 def version() -> str:
-    """The version of the installed package; of a module that is not installed, that of the program."""
+    """Returns the version of the installed package. Without an installed package, returns the version of the program."""
     try:
         return metadata.version("fretwear")
     except metadata.PackageNotFoundError:
@@ -89,7 +92,7 @@ def version() -> str:
 
 
 def _listen(child: subprocess.Popen[str], said: list[str], show: bool) -> None:
-    """Waits for the end of the program, and keeps what it says on stderr; with `show`, passes it on."""
+    """Collects the lines that the program prints on stderr until the program ends. With `show`, also prints them."""
     assert child.stderr
     for line in child.stderr:
         said.append(line)
@@ -100,10 +103,11 @@ def _listen(child: subprocess.Popen[str], said: list[str], show: bool) -> None:
 
 
 def call(*arguments: str, show: bool = False, codes: Collection[int] = (0,)) -> str:
-    """Returns what the program prints on stdout. With `show`, its progress goes to stderr.
+    """Returns the text that the program prints on stdout. With `show`, prints the progress on stderr.
 
-    Raises Error if the program ends with a code that is not among `codes`, or prints nothing with one that is not 0. KeyboardInterrupt
-    stops the program as Ctrl-C does, and is raised again when the program has ended. A second one ends it at once, which costs no commit.
+    Raises Error if the exit code is not in `codes`, or if the program prints nothing and its exit code is not 0. A KeyboardInterrupt
+    stops the program like Ctrl-C, and is raised again after the program has ended. A second KeyboardInterrupt ends the program at once;
+    all commits are kept.
     """
     # In a session of its own the program does not see the Ctrl-C of the terminal, only that which is forwarded here: two would end it at
     # once. Other threads than the main one see no KeyboardInterrupt, and Windows forwards none: there the terminal's is the only one.
@@ -148,7 +152,7 @@ def call(*arguments: str, show: bool = False, codes: Collection[int] = (0,)) -> 
 
 
 def toml(value: Value) -> str:
-    """A value as TOML writes it; a text stays a text, also where it looks like a number."""
+    """Returns a value as TOML. A text stays a text, even if it looks like a number."""
     if hasattr(value, "tolist"):  # NumPy's numbers and arrays
         value = value.tolist()
     if isinstance(value, os.PathLike):
@@ -167,7 +171,7 @@ def toml(value: Value) -> str:
 
 
 def scene_text(scene: Mapping[str, Value]) -> str:
-    """A scene as TOML. Paths of type `os.PathLike` are relative to the working folder; texts stay as they are."""
+    """Returns a scene as TOML. Makes paths of type `os.PathLike` absolute, from the working folder; keeps texts unchanged."""
 
     def absolute(value: Any) -> Any:
         if isinstance(value, os.PathLike):
@@ -194,10 +198,10 @@ def scene_text(scene: Mapping[str, Value]) -> str:
 
 @contextmanager
 def _scene_beside(scene: Mapping[str, Value], run: Path) -> Iterator[str]:
-    """The path of a scene as TOML beside the folder of its run. Raises Error if another file has that name.
+    """Yields the path of a scene as TOML beside the folder of its run. Raises Error if another file has that name.
 
-    The scene is in a file of its own until the program has accepted it, so that a refused scene replaces nothing, and two calls at the
-    same time do not share a scene.
+    The scene is in a temporary file until the program has accepted it. So a rejected scene replaces no file, and two simultaneous calls
+    do not share a scene.
     """
     run = Path(os.path.abspath(run))
     if not run.name:
@@ -224,7 +228,7 @@ def _scene_beside(scene: Mapping[str, Value], run: Path) -> Iterator[str]:
 
 @contextmanager
 def _scene_file(scene: Scene) -> Iterator[str]:
-    """The path of a scene; a mapping is in a temporary file meanwhile."""
+    """Yields the path of a scene. Writes a mapping to a temporary file."""
     if not isinstance(scene, Mapping):
         yield os.fspath(scene)
         return
@@ -235,7 +239,7 @@ def _scene_file(scene: Scene) -> Iterator[str]:
 
 
 def _execution(threads: int | None, max_wall: str | float | None, quiet: bool) -> list[str]:
-    """The options that runs and campaigns share."""
+    """Returns the options that runs and campaigns share."""
     options = []
     if threads is not None:
         options.append(f"--threads={threads}")
@@ -259,19 +263,21 @@ def run(
     max_wall: str | float | None = None,
     quiet: bool = True,
 ) -> Run:
-    """Computes a scene, or continues its run; a finished run is returned at once.
+    """Computes a scene, or continues its run, and returns the run. A finished run is returned at once.
 
-    - `scene`: path of the scene, or the scene as a mapping of sections, which is written as TOML beside the run. Without a scene, the run
-      continues with the scene that its folder has.
-    - `run`: folder of the run. The default is `runs/NAME` in the working directory, with the name of the scene's file, or `runs/scene`.
-    - `set`: keys of the scene to change, as `{"contact.normal_load": "20 kN", "joint.grid": [64, 48], "wear.cycles": 10**6}`.
-    - `threads`: threads of the run, all cores by default; the results are the same bits.
-    - `max_wall`: time after which to stop, in s or as "8 h"; within a stage if its iteration takes 2 s longer.
-    - `quiet`: False shows the progress on stderr.
+    - `scene`: path of the scene, or a mapping of its sections. The module writes a mapping as TOML beside the run. Without a scene, the
+      run continues with the scene in its folder.
+    - `run`: folder of the run. The default is `runs/NAME` in the working folder, where NAME is the name of the scene's file; for a
+      mapping, `runs/scene`.
+    - `set`: keys of the scene to change, such as `{"contact.normal_load": "20 kN", "joint.grid": [64, 48], "wear.cycles": 10**6}`.
+    - `threads`: number of threads. The default is the number of cores. Results do not depend on it.
+    - `max_wall`: time after which the run stops, in s or as a text such as "8 h". The run stops at the end of the iteration if that is
+      within 2 s, else within the iteration.
+    - `quiet`: False prints the progress on stderr.
 
-    Raises Stopped if the run ends before its goal, Error if it fails, with the words of the program. On KeyboardInterrupt the program
-    gets SIGINT and ends with what is committed; the same call again goes on. Called from another thread than the main one, the
-    terminal's Ctrl-C stops the program, and Stopped is raised.
+    Raises Stopped if the run ends before its last cycle, and Error with the message of the program if the run fails. A KeyboardInterrupt
+    stops the run, and the commits are kept; repeat the call to continue. If another thread than the main one calls the function, Ctrl-C in
+    the terminal stops the program, and the function raises Stopped.
     """
     from fretwear._folder import Run
 
@@ -294,11 +300,14 @@ def run(
 
 
 def plan(scene: Scene, *, set: Mapping[str, Value] | None = None, rehearsal: bool = True) -> dict[str, Any]:
-    """What a scene will compute (`recipe`), why (`decisions`), what speaks against it (`warnings`), and what it costs (`cost`).
+    """Plans a scene without computing it: returns its `recipe`, the `decisions` with reasons, the `warnings` and the `cost`.
 
-    `cost` contains the counted memory and disk per iteration [B], and ranges of wear iterations, FFT pairs and total disk [B].
-    A mapping has no folder: give paths in it as `pathlib.Path`. `seconds["run"]` is the range of the time on this machine. A range is None if the coarse run gives no estimate; `cost["not_known"]`
-    has the reason. The coarse run takes a few seconds; `rehearsal=False` skips it and returns no cost. `set` as in `run`. Raises Error.
+    - `scene`, `set`: as in `run`. Give paths in a mapping as `pathlib.Path`, because a mapping has no folder.
+    - `rehearsal`: False skips the coarse run, which takes a few seconds, and returns no cost of the whole run.
+
+    The entry `cost` has memory and disk per iteration [B], and ranges of wear iterations, FFT pairs and total disk [B]. The entry
+    `seconds["run"]` is the range of the time on this machine. A range is None if the coarse run gives no estimate, and
+    `cost["not_known"]` has the reason. Raises Error if the program rejects the scene.
     """
     without = [] if rehearsal else ["--no-rehearsal"]
     with _scene_file(scene) as path:
@@ -316,15 +325,17 @@ def campaign(
     retry: bool = False,
     quiet: bool = True,
 ) -> dict[str, Any]:
-    """Plans a campaign, runs its rows and collects them. The same call again continues, and returns at once when all rows are done.
+    """Plans a campaign, runs its rows and collects their tables. Repeat the same call to continue the campaign.
 
-    - `file`: the campaign (TOML).
-    - `folder`: folder of the campaign. The default is `campaigns/NAME` in the working directory, with the name of the file.
-    - `jobs`: runs at once; by default as many as cores and memory allow. `threads`, `max_wall` and `quiet` as in `run`.
-    - `retry`: True runs rows again that failed.
+    - `file`: path of the campaign (TOML).
+    - `folder`: folder of the campaign. The default is `campaigns/NAME` in the working folder, where NAME is the name of the file.
+    - `jobs`: number of simultaneous runs. By default, cores and memory limit it.
+    - `threads`, `max_wall`, `quiet`: as in `run`.
+    - `retry`: True runs failed rows again.
 
-    Returns the object of `fretwear campaign run --json` (`rows`, `done`, `left`, `failed`, `stopped`, `in_use`) with `folder`. Failed rows
-    do not stop the others; a warning gives their numbers and the folder with the reasons. The tables of all rows are in `folder/collected`. Raises Error.
+    Returns the object of `fretwear campaign run --json` (`rows`, `done`, `left`, `failed`, `stopped`, `in_use`) and the entry `folder`. A
+    failed row does not stop the other rows; a warning names the failed rows and the folder with the reasons. The tables of all rows are in
+    `folder/collected`. Raises Error if the campaign cannot be planned or run.
     """
     folder = Path("campaigns") / Path(file).stem if folder is None else Path(folder)
     directory = f"--dir={folder.absolute()}"
@@ -353,14 +364,16 @@ def when(
     depth_99: Milestone = (),
     volume: Milestone = (),
 ) -> dict[str, Any]:
-    """Returns after how many cycles a run, or the runs of a campaign, reach milestones: the object of `fretwear when --json`.
+    """Returns the numbers of cycles after which a run, or the runs of a campaign, reach milestones.
 
     - `run`: a run, or the folder of a run or of a campaign.
-    - The milestones, each a text or a list of texts: `preload="90%"`, `resonance="+1Hz"`, `stiffness="kn+10%"`, `depth="10um"`,
-      `depth_99="10um"` (depth that a hundredth of the cells exceed), `volume="1mm3"`. A percentage is of the unworn joint.
+    - `preload`, `resonance`, `stiffness`, `depth`, `depth_99`, `volume`: milestones, each a text or a list of texts, such as
+      `preload="90%"`, `resonance="+1Hz"`, `stiffness="kn+10%"`, `depth="10um"`, `volume="1mm3"`. One hundredth of the cells are
+      deeper than `depth_99`. A percentage refers to the unworn joint.
 
-    For a run, `milestones` has per milestone the numbers of cycles `earliest`, `nominal` and `latest` by the error bars of the run (None
-    if not within its cycles), and `done` is False for an unfinished run. For a campaign, it has quantiles. Raises Error.
+    Returns the object of `fretwear when --json`. For a run, each entry of `milestones` has the numbers of cycles `earliest`, `nominal` and
+    `latest`, by the error bars of the run. A number is None if the run does not reach the milestone. The entry `done` is False if the run
+    is not finished. For a campaign, each entry has quantiles over the runs. Raises Error if a milestone is not valid.
     """
     asked = {"preload": preload, "resonance": resonance, "stiffness": stiffness, "depth": depth, "depth-99": depth_99, "volume": volume}
     options = [f"--{name}={each}" for name, texts in asked.items() for each in ([texts] if isinstance(texts, str) else texts or ())]
@@ -371,7 +384,10 @@ def when(
 
 
 def explain(key: str) -> dict[str, Any]:
-    """What a key of a scene means, with its type, default and an example; of a section ("contact"), all of its keys. Raises Error."""
+    """Returns the meaning, type, default and an example of a key of a scene; for a section such as "contact", of all its keys.
+
+    Raises Error if no key or section has the name.
+    """
     about: dict[str, Any] = json.loads(call("schema", "--json", "--", key))
     if "section" in about:
         # The program also returns the table of the same name.

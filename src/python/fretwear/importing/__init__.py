@@ -1,9 +1,10 @@
-"""Reads structures of other programs into one folder that the program reads: `fretwear-import`, or `python -m fretwear.importing`.
+"""Imports files of other programs: the command `fretwear-import`, or `python -m fretwear.importing`.
 
-A file per program (`gmsh`, `nastran`, `ansys`, `matlab`, `abaqus`) returns a `Structure` (`folder`), which `folder.write` stores.
-Third-party readers run in a child process (`child`).
+The modules `gmsh`, `nastran`, `ansys`, `matlab` and `abaqus` each read the files of one program into a `folder.Structure`. The function
+`folder.write` stores the structure as a neutral folder, which `fretwear` reads. The module `surface` converts measured topographies. The
+module `child` runs third-party readers in a child process.
 """
 
 
 class Rejected(Exception):
-    """A file, or a request, that cannot be imported: a sentence that names the place, what was found and what would be right."""
+    """An import is not possible. The message names the file or the option, its value and a valid value."""

@@ -1,4 +1,4 @@
-"""Abaqus: decks with parts and instances as a flat mesh, or the nodes and sets beside the matrices of *MATRIX OUTPUT."""
+"""Reads Abaqus files: a deck as a flat mesh, or the matrices of *MATRIX OUTPUT with the nodes and sets of their deck."""
 
 from __future__ import annotations
 
@@ -13,17 +13,16 @@ from fretwear.importing import Rejected, abaqus_mesh, axes, deck, folder, mesh
 from fretwear.importing.flat import Flat, axes_of, held_by, positions_of
 from fretwear.importing.folder import Structure
 
-#: Ending of a matrix' name, before the number of the step.
+#: Matrix by the ending of its file name, before the number of the step.
 ROLES = {"STIF": "K", "MASS": "M", "DMPV": "C", "DMPS": "Ks"}
 LABELS_ADVICE = (
-    "Abaqus numbers the nodes of an assembly anew; give --labels FILE, a CSV with the columns label,instance,node, or "
-    "the .dat with its map "
-    "of nodes (*PREPRINT, MODEL=YES)"
+    "Abaqus renumbers the nodes of an assembly; give --labels FILE, a CSV file with the columns label,instance,node, or "
+    "give the .dat file with the node map (*PREPRINT, MODEL=YES)"
 )
 
 
 def _label_map(flat: Flat, labels: Path | None, dats: list[Path], files: list[Path], matrix: Path) -> dict[int, tuple[str, int]]:
-    """Instance and node of each label of the matrices."""
+    """Returns the instance and the node of each label of the matrices."""
     found: dict[int, tuple[str, int]] = {}
     lines: list[tuple[str, str, str]] = []
     if labels:
@@ -39,28 +38,31 @@ def _label_map(flat: Flat, labels: Path | None, dats: list[Path], files: list[Pa
         part = text[begin : end if end > 0 else None] if begin >= 0 else ""
         lines += [(a, c, b) for a, b, c in re.findall(r"^\s*(\d+)\s+(\d+)\s+(\S+)\s*$", part, re.MULTILINE)]
     if not lines:
-        raise Rejected(f"{matrix}: the deck has instances, and nothing says which nodes the labels of the matrices are. {LABELS_ADVICE}")
+        raise Rejected(f"{matrix}: the deck has instances, but no file maps the labels of the matrices to nodes; {LABELS_ADVICE}")
     for label, instance, node in lines:
-        scope = flat.scope(instance.upper(), f"the map of labels, {label}")
+        scope = flat.scope(instance.upper(), f"the label map, label {label}")
         if not re.fullmatch(r"-?\d+", label) or not re.fullmatch(r"\d+", node) or int(node) not in scope.nodes or int(label) in found:
             raise Rejected(
-                f"the map of labels: found {label},{instance},{node}; each label once, with a node that the instance has, would be right"
+                f"the label map has the row {label},{instance},{node}; each label must occur once, with a node of its instance"
             )
         found[int(label)] = (scope.name, int(node))
     if len(set(found.values())) < len(found):
-        raise Rejected("the map of labels: a node has two labels; each node once would be right")
+        raise Rejected("the label map gives two labels to one node; each node must have one label")
     return found
 
 
 def _labels_matrix(file: Path) -> tuple[np.ndarray, np.ndarray]:
-    """(entries, 4) of node, direction, node, direction, and the values."""
+    """Reads a matrix. Returns an array (entries, 4) of node, direction, node, direction, and the values of the entries."""
     lines = []
     for k, line in enumerate(file.read_text(encoding="utf-8", errors="replace").splitlines()):
         if not line.strip() or line.lstrip().startswith("**"):
             continue
         words = line.replace(",", " ").split()
         if line.lstrip().startswith("*") and words[0].upper() != "*MATRIX":
-            raise Rejected(f"{file}, line {k + 1}: {words[0]} is that of a substructure; the program reads it itself: structure.file")
+            raise Rejected(
+                f"{file}, line {k + 1}: the keyword {words[0]} belongs to a substructure, which `fretwear` reads directly; "
+                "give the file as structure.file in the scene"
+            )
         if line.lstrip().startswith("*"):
             continue
         try:
@@ -69,7 +71,8 @@ def _labels_matrix(file: Path) -> tuple[np.ndarray, np.ndarray]:
                 raise IndexError
         except (ValueError, IndexError):
             raise Rejected(
-                f"{file}, line {k + 1}: found {line.strip()[:60]}; node, direction, node, direction, value would be right (FORMAT=LABELS)"
+                f"{file}, line {k + 1}: the line is {line.strip()[:60]}; "
+                "fretwear-import expects node, direction, node, direction and value (FORMAT=LABELS)"
             ) from None
     table = np.array(lines, float).reshape(-1, 5)
     return table[:, :4].astype(np.int64), table[:, 4]
@@ -83,7 +86,7 @@ def _matrices(flat: Flat, structure: Structure, files: list[Path], options: Name
         role = re.search(r"_([A-Z]{4})\d*$", path.stem.upper())
         if not role or role[1] not in ROLES or ROLES[role[1]] in read:
             raise Rejected(
-                f"{path}: its name does not say which matrix it is, or repeats one; NAME_STIF1.mtx, _MASS1, _DMPV1 or _DMPS1 would be right"
+                f"{path}: the file name must end with _STIF1, _MASS1, _DMPV1 or _DMPS1, such as NAME_STIF1.mtx, with one file per matrix"
             )
         read[ROLES[role[1]]] = _labels_matrix(path)
     structure.files += files
@@ -96,7 +99,7 @@ def _matrices(flat: Flat, structure: Structure, files: list[Path], options: Name
         pairs, times = np.unique(np.stack([low, high]), axis=1, return_counts=True)
         matrix: Any = sparse.coo_array((values, (i, j)), shape=(len(rows),) * 2).tocsr()
         if np.unique(np.stack([i, j]), axis=1).shape[1] != len(i):
-            raise Rejected(f"{file}: {name} has an entry twice; each once would be right")
+            raise Rejected(f"{file}: the matrix {name} has an entry twice; each entry must occur once")
         if (times == 1).all():
             matrix = matrix + matrix.T - sparse.diags_array(matrix.diagonal())
         structure.matrices[name] = matrix
@@ -104,7 +107,7 @@ def _matrices(flat: Flat, structure: Structure, files: list[Path], options: Name
     unknown = sorted({int(node) for node in rows[:, 0] if node > 0 and int(node) not in labels})
     if unknown:
         raise Rejected(
-            f"{files[0]}: {len(unknown)} labels of the matrices are no nodes of the deck, the first is {unknown[0]}; {LABELS_ADVICE}"
+            f"{files[0]}: {len(unknown)} labels of the matrices have no node in the deck, such as label {unknown[0]}; {LABELS_ADVICE}"
         )
     positions = positions_of(flat.model)
     structure.labels, structure.positions = list(labels), np.array([positions[node] for node in labels.values()]).reshape(-1, 3)
@@ -113,7 +116,7 @@ def _matrices(flat: Flat, structure: Structure, files: list[Path], options: Name
     held = {(label_of[node], direction) for node, direction in held_by(flat, blocks) if node in label_of}
     kept = [k for k, row in enumerate(rows.tolist()) if tuple(row) not in held]
     if len(kept) < len(rows):
-        structure.left_out.append(f"{len(rows) - len(kept)} rows of displacements that *BOUNDARY holds at zero.")
+        structure.left_out.append(f"The import omits {len(rows) - len(kept)} rows of displacements, because *BOUNDARY fixes them at zero.")
         rows = rows[kept]
         structure.matrices = {name: sparse.csr_array(matrix)[kept][:, kept] for name, matrix in structure.matrices.items()}
     structure.rows = np.array([(node, direction if node > 0 else 0) for node, direction in rows.tolist()], np.int64).reshape(-1, 2)
@@ -127,11 +130,12 @@ def _matrices(flat: Flat, structure: Structure, files: list[Path], options: Name
         members = flat.members(scope_name, own, "nsets", str(file))
         structure.sets[name] = [label_of[node] for node in members if node in label_of]
         if lost := len(members) - len(structure.sets[name]):
-            structure.left_out.append(f"{lost} nodes of the set {name}, which have no label.")
+            structure.left_out.append(f"The import omits {lost} nodes of the set {name}, because the nodes have no label in the matrices.")
     elements = sum(len(scope.elements) for scope in flat.model.scopes.values())
     constraints = {block.keyword for _, block in blocks} - {"BOUNDARY"}
     structure.left_out.append(
-        f"{elements} elements of the deck{''.join(f', *{word}' for word in sorted(constraints))}: they are in the matrices."
+        f"The import does not assemble {elements} elements of the deck{''.join(f', *{word}' for word in sorted(constraints))}, "
+        "because the matrices already contain their effect."
     )
     folder.check_matrices(structure, str(files[0]))
 
@@ -142,20 +146,25 @@ def read(files: list[Path], options: Namespace) -> Structure:
         stem = re.sub(r"_[A-Za-z]{4}\d*$", "", matrices[0].stem)
         decks = [matrices[0].with_name(f"{stem}.inp")]
         if not decks[0].is_file():
-            raise Rejected(f"{matrices[0]}: matrices have no positions; give the deck too, {decks[0].name}")
+            raise Rejected(f"{matrices[0]}: the matrices contain no positions of nodes; give the deck {decks[0].name} too")
     if len(decks) != 1:
-        raise Rejected(f"found {len(decks)} decks; one .inp, with what it includes, would be right")
+        raise Rejected(f"{len(decks)} decks are given; give one .inp file; fretwear-import also reads its included files")
     structure = Structure([])
     model = deck.read(decks[0], structure.files, {kind: mesh.count(kind) for kind in mesh.TYPES}, strict=not matrices)
     for word, number in model.left_out.items():
-        harmless = "it changes neither stiffness nor mass" if word in deck.HARMLESS else "it is in the matrices, or changes nothing in them"
+        harmless = (
+            "it changes neither stiffness nor mass" if word in deck.HARMLESS else "the matrices already contain its effect, or it has none"
+        )
         why = deck.LEFT_OUT.get(word, harmless)
-        structure.left_out.append(f"*{word} ({number}): {why}.")
+        structure.left_out.append(f"The import ignores *{word} ({number} ×), because {why}.")
     flat = Flat(model)
     if matrices:
         _matrices(flat, structure, matrices, options, decks[0])
         return structure
     beside = sorted(decks[0].parent.glob(f"{decks[0].stem}_STIF*.mtx"))
-    structure.left_out += [f"{file.name}: it lies beside the deck and was not given, so the mesh is assembled." for file in beside]
+    structure.left_out += [
+        f"The import assembles the mesh and ignores {file.name} in the folder of the deck, because {file.name} is not given."
+        for file in beside
+    ]
     abaqus_mesh.read(flat, structure, decks[0])
     return structure

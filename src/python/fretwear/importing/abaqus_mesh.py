@@ -1,4 +1,4 @@
-"""Abaqus: the mesh of a deck, its instances made one flat structure."""
+"""Reads the mesh of an Abaqus deck, and merges its instances into one flat structure."""
 
 from __future__ import annotations
 
@@ -14,7 +14,10 @@ from fretwear.importing.folder import Structure
 
 
 def _numbering(model: Model, structure: Structure) -> dict[tuple[str, int], int]:
-    """Numbers of nodes: their own where no two are the same, else each instance with a number added."""
+    """Returns the number of each node in the structure.
+
+    All nodes keep their numbers if the numbers are different. Otherwise the numbers of each further instance get an offset.
+    """
     scopes = [scope for scope in model.scopes.values() if scope.nodes]
     labels = [label for scope in scopes for label in scope.nodes]
     if len(set(labels)) == len(labels):
@@ -24,7 +27,9 @@ def _numbering(model: Model, structure: Structure) -> dict[tuple[str, int], int]
     for scope in scopes:
         numbers |= {(scope.name, label): label + added for label in scope.nodes}
         if added:
-            structure.left_out.append(f"The numbers of nodes of the instance {scope.name or 'of the assembly'}: {added} is added to each.")
+            structure.left_out.append(
+                f"The import adds {added} to the node numbers of {scope.name or 'the assembly'}, because several instances share numbers."
+            )
         added += max(scope.nodes)
     return numbers
 
@@ -39,7 +44,8 @@ def read(flat: Flat, structure: Structure, file: Path) -> None:
             for element in flat.members(scope.name, name, "elsets", place):
                 if material_of.setdefault(element, material) != material:
                     raise Rejected(
-                        f"{place}: element {element[1]} has the materials {material_of[element]} and {material}; one would be right"
+                        f"{place}: element {element[1]} has the materials {material_of[element]} and {material}; "
+                        "each element must have one material"
                     )
     element_number: dict[tuple[str, int], int] = {}
     others: dict[str, int] = {}
@@ -47,20 +53,24 @@ def read(flat: Flat, structure: Structure, file: Path) -> None:
         for label, (kind, nodes, place) in scope.elements.items():
             if kind in mesh.TYPES:
                 if (scope.name, label) not in material_of:
-                    raise Rejected(f"{place}: element {label} is in no *SOLID SECTION; each solid needs a material")
+                    raise Rejected(f"{place}: element {label} is in no *SOLID SECTION; each solid element needs a section with a material")
                 number = element_number[(scope.name, label)] = len(element_number) + 1
                 if missing := [node for node in nodes if (scope.name, node) not in numbers]:
-                    raise Rejected(f"{place}: element {label} has the node {missing[0]}, which is not there")
+                    raise Rejected(f"{place}: element {label} has the node {missing[0]}, which the deck does not define; add the node")
                 structure.elements.append((kind, number, [numbers[(scope.name, node)] for node in nodes]))
             elif (scope.name, label) in material_of:
-                raise Rejected(f"{place}: elements {kind} are not assembled; {', '.join(mesh.TYPES)} are")
+                raise Rejected(
+                    f"{place}: the element has the type {kind}, which fretwear does not assemble; use the types {', '.join(mesh.TYPES)}"
+                )
             else:
                 others[kind] = others.get(kind, 0) + 1
-    structure.left_out += [f"{number} elements {kind}, which no section gives a material." for kind, number in others.items()]
+    structure.left_out += [
+        f"The import omits {number} elements of type {kind}, because no section gives them a material." for kind, number in others.items()
+    ]
     for element, material in material_of.items():
         constants = model.materials.get(material, {})
         if "ELASTIC" not in constants or "DENSITY" not in constants:
-            raise Rejected(f"{file}: the material {material} has no *ELASTIC or no *DENSITY; both are needed")
+            raise Rejected(f"{file}: the material {material} has no *ELASTIC or no *DENSITY; give both")
         material = mesh.plain_name(material)
         structure.materials[material] = (*map(float, constants["ELASTIC"]), float(constants["DENSITY"][0]))  # type: ignore[assignment]
         if "DAMPING" in constants:
@@ -103,19 +113,20 @@ def _equations(
             k += 1
         if count < 2 or len(cells) != 3 * count:
             raise Rejected(
-                f"{place}: found {', '.join(fields)}; the number of terms, then node, direction and factor of each, would be right"
+                f"{place}: the first line of *EQUATION is {', '.join(fields)}; "
+                "fretwear-import expects the number of terms, then node, direction and factor of each of two or more terms"
             )
         nodes = [flat.members(instance, cell.strip('"').upper(), "nsets", place) for cell in cells[::3]]
         if {len(members) for members in nodes} - {1, len(nodes[0])}:
-            raise Rejected(f"{place}: the sets of an equation have different numbers of nodes; the same number would be right")
+            raise Rejected(f"{place}: the sets of the *EQUATION have different numbers of nodes; give sets with equal numbers of nodes")
         for i in range(len(nodes[0])):
             terms: list[tuple[int, int, float]] = []
             for members, direction, factor in zip(nodes, cells[1::3], cells[2::3], strict=True):
                 node = members[i if len(members) > 1 else 0]
                 if direction not in ("1", "2", "3") or node in turned:
                     raise Rejected(
-                        f"{place}: found direction {direction} of node {node[1]}; directions 1 to 3 of a node without "
-                        "*TRANSFORM would be right"
+                        f"{place}: the *EQUATION has direction {direction} of node {node[1]}; "
+                        "fretwear-import expects direction 1, 2 or 3 of a node without *TRANSFORM"
                     )
                 terms.append((numbers[node], int(direction), deck.real(factor, place, "a factor")))
             found.append(terms)
@@ -129,13 +140,13 @@ def _surfaces(flat: Flat, structure: Structure, numbers: Numbers, element_number
             for instance, member, face in flat.model.scopes[scope_name].surfaces[own]:
                 of_nodes = not face
                 if not re.fullmatch("(S[1-6])?", face) or (of_nodes and member in flat.model.scopes[instance].elsets):
-                    raise Rejected(f"its line {member}, {face} gives elements without a face S1 to S6")
+                    raise Rejected(f"the line {member}, {face} gives elements without a face S1 to S6")
                 for item in flat.members(instance, member, "nsets" if of_nodes else "elsets", str(file)):
                     if not of_nodes and item not in element_number:
-                        raise Rejected(f"element {item[1]} is no solid")
+                        raise Rejected(f"element {item[1]} is not a solid element")
                     faces.append((numbers[item], "") if of_nodes else (element_number[item], face))
         except Rejected as error:
-            structure.left_out.append(f"The surface {name}: {error}.")
+            structure.left_out.append(f"The import omits the surface {name}: {error}.")
             continue
         if faces:
             structure.surfaces[name] = faces
@@ -144,7 +155,7 @@ def _surfaces(flat: Flat, structure: Structure, numbers: Numbers, element_number
 def _tie(block: Block, structure: Structure) -> None:
     for key in block.options:
         if key not in ("NAME", "POSITION TOLERANCE", "ADJUST", "TYPE", "NO ROTATION", "step"):
-            raise block.reject(key, "NAME, POSITION TOLERANCE and ADJUST")
+            raise block.reject(f"the option {key}", "only the options NAME, POSITION TOLERANCE and ADJUST")
     options = "".join(f", {key}={block.options[key]}" for key in ("NAME", "POSITION TOLERANCE", "ADJUST") if key in block.options)
     for place, fields in block.data:
         written = []
@@ -152,9 +163,10 @@ def _tie(block: Block, structure: Structure) -> None:
             found = [known for known in (name, name.rpartition(".")[2]) if known in structure.surfaces]
             if not found:
                 raise Rejected(
-                    f"{place}: there is no surface {name} of solids or nodes; there are {', '.join(structure.surfaces) or 'none'}"
+                    f"{place}: the deck has no surface {name} of solid elements or nodes; "
+                    f"its surfaces are {', '.join(structure.surfaces) or 'none'}"
                 )
             written.append(found[0])
         if len(written) != 2:
-            raise Rejected(f"{place}: found {', '.join(fields)}; a slave and a master would be right")
+            raise Rejected(f"{place}: the line is {', '.join(fields)}; fretwear-import expects a slave surface and a master surface")
         structure.ties.append((options, written[0], written[1]))

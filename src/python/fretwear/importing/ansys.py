@@ -1,4 +1,4 @@
-"""ANSYS: `.full` files by ansys-mapdl-reader, with the nodes, components and node angles of a `.cdb`."""
+"""Reads ANSYS `.full` files with ansys-mapdl-reader. A `.cdb` file gives the nodes, the components and the node angles."""
 
 from __future__ import annotations
 
@@ -12,25 +12,27 @@ import numpy as np
 from fretwear.importing import Rejected, axes, child, folder
 from fretwear.importing.folder import Structure
 
-#: Commands of a .cdb that change the axes or the positions of nodes after NBLOCK.
+#: Commands of a .cdb file that may change the axes or the positions of nodes after NBLOCK.
 CHANGES = re.compile(r"\s*(N|NROTAT|NMODIF|NANG|NORA|TRANSFER|NSCALE|NGEN|LOCAL|CSYS|CS)\s*,(.*)", re.IGNORECASE)
 
 
 def read_full(file: str) -> dict[str, Any]:
-    """Runs in the child."""
+    """Reads a `.full` file. Runs in the child process."""
     from ansys.mapdl.reader.full import FullFile
 
-    # Rows keep the order of the file: `sort` would also sort directions.
+    # `sort=False` keeps the rows in the order of the file. `sort=True` would also sort the directions.
     full = FullFile(file)
     if equations := int(full._header["ncefull"]):
         raise Rejected(
-            f"{file}: it has {equations} constraint equations, which ansys-mapdl-reader does not apply; write the "
-            "matrices without CE and CP"
+            f"{file}: the file has {equations} constraint equations, which ansys-mapdl-reader does not apply; "
+            "write the matrices without CE and CP"
         )
     rows, stiffness, mass = full.load_km(as_sparse=True, sort=False)
     result: dict[str, Any] = {"rows": np.array(rows, np.int64), "held": np.array(full.const, np.int64).reshape(-1, 2)}
     if stiffness is None or mass is None:
-        raise Rejected(f"{file}: it has no {'stiffness' if stiffness is None else 'mass'}; write it in a modal analysis (WRFULL)")
+        raise Rejected(
+            f"{file}: the file has no {'stiffness' if stiffness is None else 'mass'} matrix; write the file in a modal analysis (WRFULL)"
+        )
     for name, matrix in (("K", stiffness), ("M", mass)):
         matrix = matrix.tocoo()
         result |= {
@@ -42,7 +44,10 @@ def read_full(file: str) -> dict[str, Any]:
 
 
 def _rotation(angles: list[float]) -> np.ndarray:
-    """Rows are the nodal x, y and z, along the global axes: THXY about z, then THYZ about the new x, then THZX about the new y."""
+    """Returns the nodal axes x, y and z as rows, along the global axes.
+
+    The angles in degrees are THXY about z, then THYZ about the new x, then THZX about the new y.
+    """
     z, x, y = np.radians(angles)
     about_z = np.array([[np.cos(z), np.sin(z), 0], [-np.sin(z), np.cos(z), 0], [0, 0, 1]])
     about_x = np.array([[1, 0, 0], [0, np.cos(x), np.sin(x)], [0, -np.sin(x), np.cos(x)]])
@@ -51,12 +56,14 @@ def _rotation(angles: list[float]) -> np.ndarray:
 
 
 def _widths(text: str, place: str) -> list[int]:
-    """Widths of the fields of a Fortran format, as (3i9,6e21.13e3)."""
+    """Returns the widths of the fields of a Fortran format such as (3i9,6e21.13e3)."""
     found: list[int] = []
     for count, width in re.findall(r"(\d*)[ie](\d+)", re.sub(r"(e\d+\.\d+)e\d+", r"\1", text.lower())):
         found += [int(width)] * int(count or 1)
     if not found or len(found) > 64:
-        raise Rejected(f"{place}: found the format {text.strip()[:40]!r}; one as (3i9,6e21.13e3) would be right")
+        raise Rejected(
+            f"{place}: the format is {text.strip()[:40]!r}; fretwear-import expects a Fortran format such as (3i9,6e21.13e3)"
+        )
     return found
 
 
@@ -66,7 +73,7 @@ def _cut(line: str, widths: list[int]) -> list[str]:
 
 
 def _read_cdb(file: Path, structure: Structure) -> dict[int, np.ndarray]:
-    """Fills in nodes and sets; returns the axes of the nodes that have angles."""
+    """Reads the nodes and the node components into the structure. Returns the axes of the nodes that have angles."""
     lines = file.read_text(encoding="latin-1").splitlines()
     structure.files.append(file)
     turned: dict[int, np.ndarray] = {}
@@ -79,7 +86,7 @@ def _read_cdb(file: Path, structure: Structure) -> dict[int, np.ndarray]:
         words = [word.strip() for word in line.split(",")]
         if words[0].upper() == "NBLOCK":
             if k >= len(lines):
-                raise Rejected(f"{place}: NBLOCK is cut off")
+                raise Rejected(f"{place}: the file ends inside NBLOCK; write the file again with CDWRITE")
             widths = _widths(lines[k], f"{file}, line {k + 1}")
             integers = int(re.match(r"\s*\((\d+)i", lines[k].lower())[1]) if re.match(r"\s*\((\d+)i", lines[k].lower()) else 3  # type: ignore[index]
             k += 1
@@ -88,7 +95,9 @@ def _read_cdb(file: Path, structure: Structure) -> dict[int, np.ndarray]:
                 try:
                     node, values = int(cells[0]), [float(cell or 0.0) for cell in [*cells[integers:], *[""] * 6][:6]]
                 except ValueError:
-                    raise Rejected(f"{file}, line {k + 1}: found {lines[k][:60]!r}; a node of NBLOCK would be right") from None
+                    raise Rejected(
+                        f"{file}, line {k + 1}: the line is {lines[k][:60]!r}; fretwear-import expects a node of NBLOCK"
+                    ) from None
                 positions[node] = values[:3]
                 if any(values[3:]):
                     turned[node] = _rotation(values[3:])
@@ -99,7 +108,7 @@ def _read_cdb(file: Path, structure: Structure) -> dict[int, np.ndarray]:
         elif words[0].upper() == "CMBLOCK":
             kind, count = (words + ["", "", ""])[2].upper(), re.match(r"\d+", (words + ["", "", "", ""])[3])
             if not count or k >= len(lines):
-                raise Rejected(f"{place}: found {line[:60]!r}; CMBLOCK, name, NODE, count would be right")
+                raise Rejected(f"{place}: the line is {line[:60]!r}; fretwear-import expects CMBLOCK, name, NODE or ELEM, and count")
             widths = _widths(lines[k], f"{file}, line {k + 1}")
             numbers: list[int] = []
             k += 1
@@ -113,33 +122,39 @@ def _read_cdb(file: Path, structure: Structure) -> dict[int, np.ndarray]:
                 for number in numbers:
                     if number <= 0 and not (members and members[-1] < -number <= members[-1] + len(positions)):
                         raise Rejected(
-                            f"{place}: the component {words[1]} has the range to {number} after {members[-1:]}; the file may be damaged"
+                            f"{place}: the component {words[1]} has an invalid range to {number} after {members[-1:]}; "
+                            "the file may be damaged"
                         )
                     members += [number] if number > 0 else range(members[-1] + 1, -number + 1)
                 structure.sets[words[1].upper()] = members
             else:
-                structure.left_out.append(f"{file}: the component {words[1]}, which is of elements.")
+                structure.left_out.append(f"{file}: the import omits the component {words[1]}, because it contains elements.")
         elif (
             (change := CHANGES.match(line))
             and not (change[1].upper() in ("CSYS",) and change[2].strip() in ("0", ""))
             and not re.match(r"\s*N,\s*UNBL", line, re.IGNORECASE)
         ):
             if change[1].upper() in ("LOCAL", "CS"):
-                structure.left_out.append(f"{place}: {change[1].upper()}, axes that only nodes with angles use.")
+                structure.left_out.append(
+                    f"{place}: the import ignores {change[1].upper()}, because only nodes with angles use these axes."
+                )
             else:
                 raise Rejected(
-                    f"{place}: found {line.strip()[:60]!r}, which may move or turn nodes after NBLOCK; write the .cdb by CDWRITE"
+                    f"{place}: the command {line.strip()[:60]!r} may move or rotate nodes after NBLOCK; "
+                    "write the .cdb file with CDWRITE"
                 )
         elif command := re.match(r"\s*([A-Z][A-Z0-9]+)\s*(,|$)", line):
             others.add(command[1])
     if others:
-        structure.left_out.append(f"{file}: {', '.join(sorted(others))}; what they change is in the matrices.")
+        structure.left_out.append(
+            f"{file}: the import ignores {', '.join(sorted(others))}, because the matrices already contain their effect."
+        )
     if not positions:
-        raise Rejected(f"{file}: it has no NBLOCK; write it by CDWRITE,DB")
+        raise Rejected(f"{file}: the file has no NBLOCK; write the file with CDWRITE,DB")
     structure.labels, structure.positions = list(positions), np.array(list(positions.values()))
     for name, nodes in structure.sets.items():
         if lost := [node for node in nodes if node not in positions]:
-            raise Rejected(f"{file}: the component {name} has the node {lost[0]}, which NBLOCK does not have")
+            raise Rejected(f"{file}: the component {name} has the node {lost[0]}, which is not in NBLOCK; the file may be damaged")
     return turned
 
 
@@ -148,32 +163,36 @@ def read(files: list[Path], options: Namespace) -> Structure:
 
     fulls, decks = ([file for file in files if file.suffix.lower() == suffix] for suffix in (".full", ".cdb"))
     if len(fulls) != 1 or len(decks) > 1:
-        raise Rejected(f"found {len(fulls)} .full and {len(decks)} .cdb; one .full with its .cdb would be right")
+        raise Rejected(f"{len(fulls)} .full files and {len(decks)} .cdb files are given; give one .full file with its .cdb file")
     file = fulls[0]
     others = [file for file in files if file.suffix.lower() == ".csv"]
     structure = Structure([file], libraries=["ansys-mapdl-reader"])
     if decks:
         turned = _read_cdb(decks[0], structure)
         if options.axes and turned:
-            raise Rejected(f"{decks[0]}: --axes global, and node {next(iter(turned))} has angles; leave --axes out")
+            raise Rejected(f"{decks[0]}: node {next(iter(turned))} has angles, which contradict --axes global; remove --axes")
     elif options.axes and others:
         turned = {}
         tables: dict[str, np.ndarray] = {}
         folder.csv_tables(structure, others, tables)
         if "nodes" not in tables or "rows" in tables:
-            raise Rejected(f"{others[0]}: beside a .full, a CSV file with the columns node,x,y,z, and one with set,node, would be right")
+            raise Rejected(
+                f"{others[0]}: a .full file without its .cdb file needs a CSV file with the columns node,x,y,z, "
+                "and accepts a CSV file with the columns set,node"
+            )
         structure.labels, structure.positions = tables["nodes"][:, 0].astype(int).tolist(), tables["nodes"][:, 1:]
-        structure.left_out.append("Angles of nodes: no file says them, and --axes global was given.")
+        structure.left_out.append("The import assumes nodes without angles, because --axes global is given.")
     else:
         raise Rejected(
-            f"{file}: a .full has neither positions nor angles of nodes; give its .cdb (CDWRITE,DB), or --axes global "
-            "and a CSV file with the columns "
-            "node,x,y,z"
+            f"{file}: a .full file has neither positions nor angles of nodes; give its .cdb file (CDWRITE,DB), "
+            "or give --axes global and a CSV file with the columns node,x,y,z"
         )
     found = child.call("fretwear.importing.ansys:read_full", {"file": str(file)}, files=[file], library="ansys-mapdl-reader", extra="ansys")
     rows = found["rows"]
     if rows.ndim != 2 or rows.shape[1] != 2 or (rows[:, 1] > 5).any() or (rows[:, 1] < 0).any():
-        raise Rejected(f"{file}: it has freedoms that are neither displacements nor rotations; a structural model alone would be right")
+        raise Rejected(
+            f"{file}: the file has degrees of freedom that are neither displacements nor rotations; give a purely structural model"
+        )
     for name in ("K", "M"):
         triangle = folder.of_entries(found[f"{name} at"], found[f"{name} values"], found[f"{name} shape"], f"{file}: {name}")
         upper = sparse.triu(triangle, 1)
@@ -185,11 +204,11 @@ def read(files: list[Path], options: Namespace) -> Structure:
     held = set(map(tuple, found["held"].tolist()))
     free = np.array([k for k, row in enumerate(rows.tolist()) if tuple(row) not in held], np.int64)
     if held:
-        structure.left_out.append(f"{file}: {len(rows) - len(free)} rows of displacements that the model holds.")
+        structure.left_out.append(f"{file}: the import omits {len(rows) - len(free)} rows, because the model fixes their displacements.")
     order = free[np.lexsort((rows[free, 1], rows[free, 0]))]
     structure.rows = rows[order] + np.array([0, 1])
     structure.matrices = {name: sparse.csr_array(matrix)[order][:, order] for name, matrix in structure.matrices.items()}
     axes.to_global(structure.matrices, structure.rows, turned, str(file))
-    structure.left_out.append(f"{file}: damping matrices, which ansys-mapdl-reader does not read.")
+    structure.left_out.append(f"{file}: the import omits damping matrices, because ansys-mapdl-reader does not read them.")
     folder.check_matrices(structure, str(file))
     return structure

@@ -1,4 +1,4 @@
-"""Rectangular, cylindrical and spherical axes: positions given in them, and displacements along them."""
+"""Rectangular, cylindrical and spherical coordinate systems for positions and displacements."""
 
 from __future__ import annotations
 
@@ -9,22 +9,25 @@ import numpy as np
 
 from fretwear.importing import Rejected
 
-#: Below this sine, or this part of a length, a direction is not defined.
+#: Smallest sine, or smallest fraction of a length, that defines a direction.
 SMALLEST = 1e-9
-#: Order of the coordinates of spherical axes: Nastran has (r, polar angle, azimuth), Abaqus (r, azimuth, latitude).
+#: Order of spherical coordinates: (r, polar angle, azimuth) in Nastran, (r, azimuth, latitude) in Abaqus.
 NASTRAN, ABAQUS = "nastran", "abaqus"
 
 
 def unit_vector(vector: np.ndarray, what: str) -> np.ndarray:
     length = float(np.linalg.norm(vector))
     if not np.isfinite(length) or length == 0.0:
-        raise Rejected(f"{what} has no direction: two of its points coincide; points that differ would be right")
+        raise Rejected(f"{what} has no direction, because two of its points coincide; give different points")
     return vector / length
 
 
 @dataclass
 class Frame:
-    """Axes with their origin. Rows of `directions` are their x, y and z, along the global axes; `kind` is R, C or S."""
+    """A coordinate system: R (rectangular), C (cylindrical) or S (spherical).
+
+    The rows of `directions` are the unit vectors x, y and z of the system, along the global axes.
+    """
 
     kind: str
     origin: np.ndarray
@@ -37,7 +40,7 @@ class Frame:
         return self.kind == "R" and bool(np.all(np.abs(self.directions - np.eye(3)) < SMALLEST))
 
     def position(self, coordinates: np.ndarray) -> np.ndarray:
-        """Global position of a point by its coordinates in these axes; angles in degrees."""
+        """Returns the global position of a point from its coordinates in this system. Angles are in degrees."""
         first, second, third = (float(value) for value in coordinates)
         if self.kind == "C":
             angle = np.radians(second)
@@ -51,14 +54,15 @@ class Frame:
         return np.asarray(self.origin + local @ self.directions)
 
     def along(self, position: np.ndarray, node: object) -> np.ndarray:
-        """Directions 1, 2, 3 of displacements of a node at a global position: rows, along the global axes."""
+        """Returns the displacement directions 1, 2, 3 of a node at a global position, as rows along the global axes."""
         if self.kind == "R":
             return self.directions
         local = self.directions @ (position - self.origin)
         radius = float(np.hypot(local[0], local[1]))
         if radius <= SMALLEST * max(1e-300, float(np.abs(position).max()), float(np.abs(self.origin).max()), abs(local[2])):
             raise Rejected(
-                f"node {node} lies on the axis of {self.name}, where its directions are not defined; move it, or give it other axes"
+                f"node {node} lies on the axis of {self.name}, where radial and tangential directions are not defined; "
+                "move the node, or give the node another coordinate system"
             )
         cosine, sine = local[0] / radius, local[1] / radius
         tangential = np.array([-sine, cosine, 0.0])
@@ -74,18 +78,21 @@ class Frame:
 
 
 def frame_of_points(kind: str, points: list[np.ndarray], name: str) -> Frame:
-    """Axes by their origin, a point on z and a point in the half plane of x and z (CORD1*, CORD2*)."""
+    """Returns a coordinate system from its origin, a point on z and a point in the half plane of x and z (CORD1*, CORD2*)."""
     origin, on_z, in_xz = points
     z = unit_vector(on_z - origin, name)
     y = np.cross(z, in_xz - origin)
     if np.linalg.norm(y) <= SMALLEST * np.linalg.norm(in_xz - origin):
-        raise Rejected(f"the three points of {name} lie on one line; a third point off the line would be right")
+        raise Rejected(f"the three points of {name} lie on one line; move the third point off the line")
     y = unit_vector(y, name)
     return Frame(kind, np.asarray(origin, float), np.array([np.cross(y, z), y, z]), NASTRAN, name)
 
 
 def rotation(first: np.ndarray, second: np.ndarray, degrees: float, name: str) -> tuple[np.ndarray, np.ndarray]:
-    """Matrix and shift of the rotation about the axis from the first point to the second: x becomes matrix @ x + shift."""
+    """Returns the matrix and the shift of a rotation about the axis from the first point to the second point.
+
+    The rotation maps a position x to matrix @ x + shift.
+    """
     axis = unit_vector(second - first, name)
     angle = np.radians(degrees)
     cross = np.array([[0.0, -axis[2], axis[1]], [axis[2], 0.0, -axis[0]], [-axis[1], axis[0], 0.0]])
@@ -95,10 +102,10 @@ def rotation(first: np.ndarray, second: np.ndarray, degrees: float, name: str) -
 
 
 def to_global(matrices: dict[str, Any], rows: np.ndarray, axes: dict[int, np.ndarray], where: str) -> None:
-    """Turns the rows and columns of matrices into the global axes, in place.
+    """Transforms the rows and columns of matrices to the global axes, in place.
 
-    `axes` has the directions of displacements of each node that has others than the global ones. All three displacements of such a
-    node, and all three rotations, must have rows, or none of the three.
+    `axes` contains the displacement directions of each node with local axes. Such a node must have rows for all three displacements or
+    for none of them, and for all three rotations or for none of them. Otherwise the function raises Rejected.
     """
     from scipy import sparse
 
@@ -120,9 +127,8 @@ def to_global(matrices: dict[str, Any], rows: np.ndarray, axes: dict[int, np.nda
             if len(here) < 3:
                 missing = [d for d in block if d not in found]
                 raise Rejected(
-                    f"{where}: node {node} has displacements along axes of its own, and no rows for its directions "
-                    f"{missing}: they cannot be "
-                    "turned into the global axes; keep all three of them, or give the node global axes"
+                    f"{where}: node {node} has local axes but no rows for the directions {missing}, so a transformation to the "
+                    "global axes is not possible; write the rows of all three directions, or give the node global axes"
                 )
             for i in range(3):
                 for j in range(3):
@@ -135,9 +141,9 @@ def to_global(matrices: dict[str, Any], rows: np.ndarray, axes: dict[int, np.nda
 
 
 def held(axes: np.ndarray, directions: list[int]) -> tuple[list[int], list[list[tuple[int, float]]]]:
-    """What holding displacements along axes of a node is in global axes: directions that are held, and equations Σ c u = 0.
+    """Converts fixed displacements along the axes of a node to fixed global directions and equations Σ c u = 0.
 
-    The first term of an equation depends on the others, and is in no other equation of the node.
+    The first term of each equation depends on the other terms. No other equation of the node contains this first term.
     """
     rows = np.array([axes[d - 1] for d in directions], float)
     pivots: list[int] = []

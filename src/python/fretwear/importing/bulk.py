@@ -1,6 +1,6 @@
-"""Bulk data of Nastran: cards, grids and their axes.
+"""Reads Nastran bulk data: entries, grid points and their coordinate systems.
 
-pyyeti reads the fields. Continuations are checked here: pyyeti drops those that it does not expect.
+pyyeti reads the fields of entries. This module checks continuation lines first, because pyyeti drops unexpected continuation lines.
 """
 
 from __future__ import annotations
@@ -17,14 +17,15 @@ import numpy as np
 from fretwear.importing import Rejected, child
 from fretwear.importing.axes import Frame, frame_of_points
 
+#: Largest depth of nested included files.
 DEPTH = 16
-#: Numbers in a range of which nothing says which are there.
+#: Largest length of a THRU range if the existing numbers are unknown.
 MOST_IN_RANGE = 1_000_000
 
 
 @dataclass
 class Card:
-    """An entry: its name in capitals, and its fields after the name; blank ones are ""."""
+    """An entry of the bulk data: its name in capitals, and the fields after the name. A blank field is ""."""
 
     name: str
     fields: list[Any]
@@ -39,7 +40,7 @@ class Card:
         if value == "" and default is not None:
             return default
         if not isinstance(value, int):
-            raise self.reject(value, f"a whole number in field {k + 2}")
+            raise self.reject(f"the value {value!r}", f"a whole number in field {k + 2}")
         return value
 
     def number(self, k: int, default: float | None = None) -> float:
@@ -47,11 +48,11 @@ class Card:
         if value == "" and default is not None:
             return default
         if isinstance(value, str) or not np.isfinite(value):
-            raise self.reject(value, f"a number in field {k + 2}")
+            raise self.reject(f"the value {value!r}", f"a number in field {k + 2}")
         return float(value)
 
     def reject(self, found: object, right: str) -> Rejected:
-        return Rejected(f"{self.place}: {self.name}: found {found!r}; {right} would be right")
+        return Rejected(f"{self.place}: {self.name} has {found}; fretwear-import expects {right}")
 
 
 @dataclass
@@ -60,11 +61,11 @@ class Bulk:
     case: list[str] = field(default_factory=list)
     sets: dict[str, list[int]] = field(default_factory=dict)
     positions: dict[int, np.ndarray] = field(default_factory=dict)
-    #: Directions of displacements of the nodes that have others than the global ones.
+    #: Displacement directions of each node with local axes.
     axes: dict[int, np.ndarray] = field(default_factory=dict)
-    #: What the child returned of DMIG.
+    #: Result of `read_cards`, with the DMIG matrices.
     dmig: dict[str, Any] = field(default_factory=dict)
-    #: Directions that a GRID holds itself.
+    #: Directions that the field PS of a GRID fixes.
     permanent: dict[int, str] = field(default_factory=dict)
 
     def named(self, *names: str) -> list[Card]:
@@ -72,13 +73,13 @@ class Bulk:
 
 
 def _text(file: Path, files: list[Path], depth: int = 0) -> list[tuple[str, Path, str]]:
-    """Lines without comments and blanks, with their places; INCLUDE is followed."""
+    """Returns the lines without comments and blank lines, each with its place and file. Reads files of INCLUDE too."""
     if depth > DEPTH:
-        raise Rejected(f"{file}: files include each other more than {DEPTH} deep")
+        raise Rejected(f"{file}: files include each other more than {DEPTH} levels deep; remove the circular INCLUDE")
     try:
         text = file.read_text(encoding="utf-8", errors="replace")
     except OSError as error:
-        raise Rejected(f"{file} cannot be read: {error.strerror}") from None
+        raise Rejected(f"fretwear-import cannot read {file}: {error.strerror}") from None
     files.append(file)
     found = []
     lines = iter(enumerate(text.splitlines(), 1))
@@ -89,7 +90,7 @@ def _text(file: Path, files: list[Path], depth: int = 0) -> list[tuple[str, Path
                 line += next(lines, (0, "'"))[1].strip()
             path = re.match(r"\s*include\s*['\"]?([^'\"]+)['\"]?\s*$", line, re.IGNORECASE)
             if not path:
-                raise Rejected(f"{file}, line {k}: found {line.strip()[:60]}; INCLUDE 'file' would be right")
+                raise Rejected(f"{file}, line {k}: the line is {line.strip()[:60]}; fretwear-import expects INCLUDE 'file'")
             found += _text(file.parent / path[1].strip(), files, depth + 1)
         elif line:
             found.append((f"{file}, line {k}", file, line))
@@ -97,13 +98,13 @@ def _text(file: Path, files: list[Path], depth: int = 0) -> list[tuple[str, Path
 
 
 def _fields(line: str, width: str) -> list[str]:
-    """Fields 2 to 9 of a line of small fields, or the four of a line of large ones."""
+    """Returns fields 2 to 9 of a line with small fields, or the four fields of a line with large fields."""
     size, count = (16, 4) if width == "16" else (8, 8)
     return [line[8 + k * size : 8 + (k + 1) * size].strip() for k in range(count)]
 
 
 def _large(card: list[tuple[str, str]]) -> list[str]:
-    """An entry whose lines have several widths, with large fields alone."""
+    """Returns the lines of an entry with mixed field widths, rewritten with large fields only."""
     fields: list[str] = []
     for k, (line, width) in enumerate(card):
         if width == "8" and len(fields) % 8:
@@ -116,7 +117,10 @@ def _large(card: list[tuple[str, str]]) -> list[str]:
 
 
 def _cards(lines: list[tuple[str, Path, str]]) -> tuple[list[str], list[tuple[str, Path]]]:
-    """Lines as pyyeti expects them, and where each card begins. Raises Rejected for a continuation that it would drop."""
+    """Returns the lines in the form that pyyeti expects, and the place of each entry.
+
+    Raises Rejected for a continuation line that pyyeti would drop.
+    """
     cards: list[list[tuple[str, str]]] = []
     places: list[tuple[str, Path]] = []
     for place, file, line in lines:
@@ -124,15 +128,23 @@ def _cards(lines: list[tuple[str, Path, str]]) -> tuple[list[str], list[tuple[st
         first = line.split(",", 1)[0] if is_free else line[:8]
         width = "free" if is_free else "16" if "*" in first else "8"
         if is_free and "*" in first:
-            raise Rejected(f"{place}: found {first.strip()!r}, a large field with commas; commas with 8 fields in a line would be right")
+            raise Rejected(
+                f"{place}: the entry {first.strip()!r} combines large fields with commas; write commas and 8 fields per line without *"
+            )
         if re.match(r"\s*[A-Za-z]", first):
             name = first.strip().replace("*", "").strip()
             cards.append([(line.strip() if is_free else f"{name + ('*' if width == '16' else ''):<8}" + line[8:], width)])
             places.append((place, file))
         elif not cards or not re.match(r"[\s+*,]", line):
-            raise Rejected(f"{place}: found {line[:40]!r}, which neither begins an entry nor continues one")
+            raise Rejected(
+                f"{place}: the line {line[:40]!r} neither begins nor continues an entry; "
+                "begin a line with the name of an entry, or with a blank, +, * or comma for a continuation"
+            )
         elif (cards[-1][0][1] == "free") != is_free:
-            raise Rejected(f"{place}: found {line[:40]!r}; commas in all lines of an entry, or in none, would be right")
+            raise Rejected(
+                f"{place}: the line {line[:40]!r} differs in format from the first line of its entry; "
+                "use commas in all lines of an entry or in no line"
+            )
         else:
             mark = "*" if width == "16" else "+"
             cards[-1].append(("," + line.split(",", 1)[1] if is_free else mark.ljust(8) + line[8:], width))
@@ -143,7 +155,7 @@ def _cards(lines: list[tuple[str, Path, str]]) -> tuple[list[str], list[tuple[st
 
 
 def _digits(dmig: str) -> dict[str, int]:
-    """The most digits of the numbers of each matrix of DMIG."""
+    """Returns the largest number of digits of the values of each DMIG matrix."""
     found: dict[str, int] = {}
     name = ""
     for line in dmig.splitlines():
@@ -158,7 +170,7 @@ def _digits(dmig: str) -> dict[str, int]:
 
 
 def read_cards(text: str, case: str, dmig: str) -> dict[str, Any]:
-    """Runs in the child. Cards as lists, sets of the case control, and each DMIG matrix by its entries."""
+    """Returns entries as lists, the sets of the case control, and the entries of each DMIG matrix. Runs in the child process."""
     from pyyeti.nastran import bulk
 
     cards = bulk.rdcards(io.StringIO(text), "[a-z]", regex=True, return_var="list", keep_name=True, no_data_return=[])
@@ -175,13 +187,13 @@ def read_cards(text: str, case: str, dmig: str) -> dict[str, Any]:
                 result[f"{name} {end}"] = np.array(index.to_list(), np.int64)
     except MemoryError:
         raise
-    except Exception as error:  # what is wrong with an entry is said better by its card
+    except Exception as error:  # The module `nastran` checks each DMIG entry and reports its line.
         result["dmig"] = f"{type(error).__name__}: {error}"[:200]
     return result
 
 
 def read(files: list[Path], seen: list[Path]) -> Bulk:
-    """The cards of all files."""
+    """Reads the bulk data of all files."""
     bulk, lines = Bulk(), []
     for file in files:
         found = _text(file, seen)
@@ -206,7 +218,7 @@ def read(files: list[Path], seen: list[Path]) -> Bulk:
     arguments = {"text": "\n".join(text) + "\n", "case": "\n".join(sets), "dmig": dmig}
     answer = child.call("fretwear.importing.bulk:read_cards", arguments, files=seen, library="pyyeti", extra="nastran")
     if len(answer["cards"]) != len(places):
-        raise Rejected(f"{files[0]}: {len(places)} entries begin, and pyyeti reads {len(answer['cards'])}; the file may be damaged")
+        raise Rejected(f"{files[0]}: the file has {len(places)} entries, but pyyeti reads {len(answer['cards'])}; the file may be damaged")
     for (place, file), (name, *fields) in zip(places, answer["cards"], strict=True):
         bulk.cards.append(Card(str(name).replace("*", "").strip().upper(), fields, place, file))
     for name, nodes in answer["sets"].items():
@@ -217,14 +229,14 @@ def read(files: list[Path], seen: list[Path]) -> Bulk:
 
 
 def ids(card: Card, begin: int, known: Iterable[int] | None = None) -> list[int]:
-    """Numbers from a field on, with THRU; of ranges those that are known, if they are given."""
+    """Returns the numbers from the field `begin` on, with THRU ranges. If `known` is given, ranges return only known numbers."""
     fields = [value for value in card.fields[begin:] if value != ""]
     found: list[int] = []
     k = 0
     while k < len(fields):
         if isinstance(fields[k], str) and fields[k].upper() == "THRU" and found and k + 1 < len(fields) and isinstance(fields[k + 1], int):
             if fields[k + 1] < found[-1] or (known is None and fields[k + 1] - found[-1] > MOST_IN_RANGE):
-                raise card.reject(f"{found[-1]} THRU {fields[k + 1]}", "an ascending range")
+                raise card.reject(f"the range {found[-1]} THRU {fields[k + 1]}", f"an ascending range of at most {MOST_IN_RANGE} numbers")
             first, last = found[-1] + 1, fields[k + 1]
             found += range(first, last + 1) if known is None else sorted(number for number in known if first <= number <= last)
             k += 2
@@ -232,17 +244,17 @@ def ids(card: Card, begin: int, known: Iterable[int] | None = None) -> list[int]
             found.append(fields[k])
             k += 1
         else:
-            raise card.reject(fields[k], "a number, or THRU")
+            raise card.reject(f"the value {fields[k]!r}", "a whole number, or THRU between two whole numbers")
     return found
 
 
 def _grids(bulk: Bulk) -> None:
-    """Positions, axes and permanent constraints of all GRIDs."""
+    """Computes the positions, axes and permanent constraints of all grid points."""
     grids: dict[int, Card] = {}
     for card in bulk.named("GRID"):
         before = grids.setdefault(card.whole(0), card)
         if before.fields[:7] != card.fields[:7]:
-            raise card.reject(f"{card.whole(0)} again, not as in {before.place}", "each GRID once")
+            raise card.reject(f"the number {card.whole(0)} again, with other values than {before.place}", "each GRID once")
     default = next(iter(bulk.named("GRDSET")), Card("GRDSET", [], "", Path()))
     frames: dict[int, tuple[Card, int]] = {}
     for card in bulk.named("CORD1R", "CORD1C", "CORD1S", "CORD2R", "CORD2C", "CORD2S"):
@@ -250,20 +262,22 @@ def _grids(bulk: Bulk) -> None:
         for start in starts:
             before, _ = frames.setdefault(card.whole(start), (card, start))
             if before.fields != card.fields or before.name != card.name:
-                raise card.reject(f"the axes {card.whole(start)} again, not as in {before.place}", "each number once")
+                raise card.reject(
+                    f"the number {card.whole(start)} again, with other values than {before.place}", "each coordinate system once"
+                )
     known: dict[int, Frame] = {0: Frame("R", np.zeros(3), np.eye(3))}
     open_: set[tuple[str, int]] = set()
 
     def guard(kind: str, number: int, card: Card) -> None:
         if (kind, number) in open_:
-            raise card.reject(f"{kind} {number}, which depends on itself", "axes that end in the global ones")
+            raise card.reject(f"{kind} {number}, which depends on itself", "a chain of coordinate systems that ends at the global system")
         open_.add((kind, number))
 
     def frame(number: int, asking: Card) -> Frame:
         if number in known:
             return known[number]
         if number not in frames:
-            raise asking.reject(f"the axes {number}", "axes that a CORD1 or CORD2 entry defines")
+            raise asking.reject(f"the coordinate system {number}", "a coordinate system that a CORD1 or CORD2 entry defines")
         card, start = frames[number]
         guard("axes", number, card)
         if card.name[4] == "1":
@@ -277,7 +291,7 @@ def _grids(bulk: Bulk) -> None:
     def position(number: int, asking: Card) -> np.ndarray:
         if number not in bulk.positions:
             if number not in grids:
-                raise asking.reject(f"the grid {number}", "a GRID that is there")
+                raise asking.reject(f"the grid point {number}", "a grid point that a GRID entry defines")
             card = grids[number]
             guard("grid", number, card)
             base = frame(card.whole(1, default.whole(1, 0)), card)

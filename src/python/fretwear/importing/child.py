@@ -1,6 +1,6 @@
-"""Third-party readers, each in a child process with limits on memory and time: `python -m fretwear.importing.child`.
+"""Runs third-party readers in a child process with limits on memory and time: `python -m fretwear.importing.child`.
 
-The child writes arrays as NPZ and all else as JSON: nothing that it returns is executed.
+The child process writes arrays as NPZ and other results as JSON. The parent process therefore executes no code from its results.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from typing import Any
 
 from fretwear.importing import Rejected
 
-#: Memory that a child may have: as much, or so many times the size of its files.
+#: Memory limit of the child process in bytes: a constant part, and a part per byte of its files.
 MEMORY, MEMORY_PER_BYTE = 4 << 30, 64
-#: Seconds that it may take: as many, and so many for each MB of its files.
+#: Time limit of the child process in s: a constant part, and a part per MB of its files.
 SECONDS, SECONDS_PER_MB = 120.0, 5.0
-#: How much of an error's text is shown.
+#: Largest number of characters of an error text in a message.
 SHOWN = 300
 
 
@@ -34,10 +34,13 @@ def _limits(files: list[Path]) -> tuple[int, float]:
 
 
 def call(function: str, arguments: dict[str, Any], *, files: list[Path], library: str, extra: str) -> dict[str, Any]:
-    """What a function ("module:name") returns: a dictionary of JSON values and NumPy arrays.
+    """Calls a function ("module:name") in a child process. Returns its result, a dictionary of JSON values and NumPy arrays.
 
-    `files` are those that it reads, `library` is the third-party reader, `extra` the extra that installs it. Raises Rejected with what
-    went wrong.
+    - `files`: the files that the function reads.
+    - `library`: the third-party package that reads the files.
+    - `extra`: the extra of the package fretwear that installs `library`.
+
+    Raises Rejected if the function fails or exceeds a limit.
     """
     import numpy as np
 
@@ -45,7 +48,7 @@ def call(function: str, arguments: dict[str, Any], *, files: list[Path], library
     memory, seconds = _limits(files)
     package = str(Path(__file__).resolve().parents[2])
     path = os.pathsep.join([package, *filter(None, [os.environ.get("PYTHONPATH")])])
-    # Threads would each reserve memory.
+    # One thread per library, because each thread reserves memory.
     quiet = {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")}
     environment = os.environ | quiet | {"PYTHONPATH": path, "MPLBACKEND": "agg"}
     with tempfile.TemporaryDirectory(prefix="fretwear-import-") as folder, tempfile.TemporaryFile() as said:
@@ -56,30 +59,33 @@ def call(function: str, arguments: dict[str, Any], *, files: list[Path], library
             code = subprocess.run(command, stdin=subprocess.DEVNULL, stdout=said, stderr=said, env=environment, timeout=seconds).returncode
         except subprocess.TimeoutExpired:
             raise Rejected(
-                f"{names}: {library} was stopped after {seconds:.0f} s; the file may be damaged; if it is not, set FRETWEAR_IMPORT_SECONDS"
+                f"{names}: {library} did not finish within {seconds:.0f} s; the file may be damaged; "
+                "if the file is not damaged, set FRETWEAR_IMPORT_SECONDS to a longer time in seconds"
             ) from None
         answer: dict[str, Any] = {}
         if Path(folder, "answer.json").is_file():
             answer = json.loads(Path(folder, "answer.json").read_text(encoding="utf-8"))
         if missing := answer.get("missing"):
-            raise Rejected(f"{names}: reading it needs {library} ({missing}): pip install 'fretwear[{extra}]'")
+            raise Rejected(f"{names}: the import needs {library} ({missing}); install it with: pip install 'fretwear[{extra}]'")
         if answer.get("memory"):
             raise Rejected(
-                f"{names}: {library} wants more than {memory / (1 << 30):.1f} GB; the file may be damaged; if it is not, set "
-                "FRETWEAR_IMPORT_MEMORY to as many GB as it may have"
+                f"{names}: {library} needs more than {memory / (1 << 30):.1f} GB of memory; the file may be damaged; "
+                "if the file is not damaged, set FRETWEAR_IMPORT_MEMORY to a larger memory in GB"
             )
         if rejected := answer.get("rejected"):
             raise Rejected(rejected)
         if error := answer.get("error"):
-            raise Rejected(f"{names}: {library} cannot read it: {error}; the file may be damaged, or of another version")
+            raise Rejected(
+                f"{names}: {library} cannot read the file: {error}; the file may be damaged, or may have an unsupported version"
+            )
         if code < 0:
             ended = signal.Signals(-code).name if -code in set(signal.Signals) else str(-code)
-            raise Rejected(f"{names}: {library} was ended by the signal {ended}; the file may be damaged")
+            raise Rejected(f"{names}: the signal {ended} ended {library}; the file may be damaged")
         if code or "result" not in answer:
             said.seek(0, os.SEEK_END)
             said.seek(max(0, said.tell() - SHOWN))
             words = " ".join(said.read().decode("utf-8", "replace").split())
-            raise Rejected(f"{names}: {library} ended with the code {code} and returned nothing: {words}")
+            raise Rejected(f"{names}: {library} ended with the exit code {code} and returned nothing: {words}")
         result: dict[str, Any] = answer["result"]
         with np.load(Path(folder, "arrays.npz"), allow_pickle=False) as arrays:
             result |= {name: arrays[name] for name in arrays.files}
@@ -97,7 +103,7 @@ def _serve(folder: Path) -> dict[str, Any]:
         resource.setrlimit(resource.RLIMIT_AS, (task["memory"], task["memory"]))
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     except (ImportError, ValueError, OSError):
-        pass  # Windows has no such limit; a lower one of the machine stays.
+        pass  # Windows does not support these limits. A lower limit of the system remains valid.
     module, name = task["function"].split(":")
     try:
         result = getattr(importlib.import_module(module), name)(**task["arguments"])

@@ -1,4 +1,4 @@
-"""SPC, MPC and RBE2 of Nastran as displacements held and equations along the global axes."""
+"""Converts SPC, MPC and RBE2 of Nastran to fixed displacements and equations along the global axes."""
 
 from __future__ import annotations
 
@@ -11,12 +11,15 @@ from fretwear.importing import Rejected, axes, bulk
 from fretwear.importing.bulk import Bulk, Card
 from fretwear.importing.folder import Structure
 
-#: Part of the largest value below which one is zero.
+#: A value below this fraction of the largest value counts as zero.
 ZERO = 1e-10
 
 
 def _selection(case: list[str], word: str) -> int | None:
-    """The set that the case control selects by "SPC = n" or "MPC = n": for all subcases, or alike in each."""
+    """Returns the set that the case control selects with "SPC = n" or "MPC = n".
+
+    Raises Rejected if two subcases select different sets.
+    """
     scope = ""
     found: dict[str, set[int]] = {"": set()}
     for line in case:
@@ -26,17 +29,20 @@ def _selection(case: list[str], word: str) -> int | None:
         elif match := re.match(rf"\s*{word}\s*[=\s]\s*(\d+)\s*$", line, re.IGNORECASE):
             found[scope].add(int(match[1]))
         elif re.match(rf"\s*{word}\s*=", line, re.IGNORECASE):
-            raise Rejected(f"the case control: found {line.strip()[:60]}; {word} = n would be right")
+            raise Rejected(f"the case control has the line {line.strip()[:60]}; fretwear-import expects {word} = n")
     each = {scope: own or found[""] for scope, own in found.items() if scope} or found
     first = next(iter(each.values()))
     if len(first) > 1 or any(own != first for own in each.values()):
         said = "; ".join(f"{' and '.join(map(str, sorted(own))) or 'none'}{scope and ' in '}{scope}" for scope, own in each.items())
-        raise Rejected(f"the case control selects several sets of {word}: {said}; one for all subcases would be right")
+        raise Rejected(f"the case control selects several sets of {word}: {said}; select one set for all subcases")
     return next(iter(first), None)
 
 
 def selected(structure: Structure, data: Bulk) -> tuple[set[tuple[int, int]], list[tuple[list[tuple[int, int, float]], Card]], list[Card]]:
-    """Of the sets that the case control selects: what SPC holds, the MPC equations and the RBE2, all along the axes of the nodes."""
+    """Returns the displacements that SPC fixes, the MPC equations and the RBE2 entries, along the axes of the nodes.
+
+    The case control selects the sets of SPC and MPC.
+    """
     has_case = any(re.match(r"\s*(cend|subc\w*|spc|mpc)\b", line, re.IGNORECASE) for line in data.case)
 
     def chosen_by(word: str, *names: str) -> list[Card]:
@@ -45,15 +51,15 @@ def selected(structure: Structure, data: Bulk) -> tuple[set[tuple[int, int]], li
         there = {card.whole(0) for card in cards}
         if structure.is_mesh and chosen is not None and chosen not in there:
             known = ", ".join(map(str, sorted(there))) or "none"
-            raise Rejected(f"the case control selects {word} = {chosen}, and no entry has this set; there are {known}")
+            raise Rejected(f"the case control selects {word} = {chosen}, but no entry has this number; the existing sets are {known}")
         if not has_case and len(there) > 1:
-            raise cards[0].reject(f"the sets {sorted(there)}", f"one set, selected by {word} = n in the case control,")
+            raise cards[0].reject(f"one of the sets {sorted(there)}, and no case control selects a set", f"{word} = n in a case control")
         if not has_case and there:
             chosen = next(iter(there))
-            structure.left_out.append(f"The case control, which selects sets of {word}: there is none. The only set, {chosen}, acts.")
+            structure.left_out.append(f"The files have no case control, so the import applies the only set of {word}, {chosen}.")
         if idle := sorted(there - {chosen}):
             sets = ", ".join(map(str, idle))
-            structure.left_out.append(f"Sets of {word} that the case control does not select: {sets}. They do not act, as in Nastran.")
+            structure.left_out.append(f"The import ignores the sets of {word} that the case control does not select: {sets}.")
         return [card for card in cards if card.whole(0) == chosen and card.name in names]
 
     held = {(node, int(digit)) for node, digits in data.permanent.items() for digit in digits}
@@ -63,10 +69,10 @@ def selected(structure: Structure, data: Bulk) -> tuple[set[tuple[int, int]], li
         else:
             nodes = [(card.whole(k), card.get(k + 1)) for k in (1, 4) if card.get(k) != ""]
             if any(card.number(k, 0.0) for k in (3, 6)):
-                raise card.reject("a displacement that is not zero", "zero")
+                raise card.reject("a displacement that is not zero", "displacements of zero")
         for node, directions in nodes:
             if not re.fullmatch(r"[1-6]+", str(directions)):
-                raise card.reject(directions, "directions 1 to 6")
+                raise card.reject(f"the directions {directions!r}", "digits from 1 to 6")
             held |= {(node, int(digit)) for digit in str(directions)}
     equations = []
     for card in chosen_by("MPC", "MPC"):
@@ -81,29 +87,30 @@ def selected(structure: Structure, data: Bulk) -> tuple[set[tuple[int, int]], li
 
 
 def dependents(card: Card) -> tuple[int, str, list[int]]:
-    """Independent node, directions and dependent nodes of an RBE2."""
+    """Returns the independent node, the directions and the dependent nodes of an RBE2."""
     fields = [value for value in card.fields if value != ""]
-    if fields and isinstance(fields[-1], float):  # its thermal expansion
+    if fields and isinstance(fields[-1], float):  # The last field is the thermal expansion coefficient.
         fields = fields[:-1]
     short = Card(card.name, fields, card.place, card.file)
     if not re.fullmatch(r"[1-6]+", str(short.get(2))):
-        raise card.reject(short.get(2), "directions 1 to 6")
+        raise card.reject(f"the directions {short.get(2)!r}", "digits from 1 to 6")
     if not (others := bulk.ids(short, 3)):
-        raise card.reject("no dependent node", "one or more of them")
+        raise card.reject("no dependent node", "one or more dependent nodes")
     return short.whole(1), str(short.get(2)), others
 
 
 def _body(card: Card, data: Bulk, held: set[tuple[int, int]], used: set[int]) -> tuple[list[tuple[int, int]], np.ndarray]:
-    """Displacements of the nodes of an RBE2, and what each is by the free motions of the body.
+    """Expresses the displacements of the nodes of an RBE2 by the free motions of its rigid body.
 
-    Motions are three displacements and three small rotations of its independent node, less those that SPC holds.
+    Returns pairs of node and direction, and one row per pair: the displacement per unit of each free motion. The free motions are the
+    three displacements and three small rotations of the independent node, without the motions that SPC fixes.
     """
     centre, directions, others = dependents(card)
     for node in [centre, *others]:
         if node not in data.positions:
-            raise card.reject(f"the node {node}", "nodes that GRID entries place")
+            raise card.reject(f"the node {node}", "nodes that GRID entries define")
         if node != centre and node in data.axes and not {"1", "2", "3"} <= set(directions):
-            raise card.reject(f"{directions} of node {node}, which has axes of its own", "123 or 123456")
+            raise card.reject(f"the directions {directions} of node {node} with local axes", "the directions 123 or 123456")
     turn = data.axes.get(centre, np.eye(3))
     blocked = [
         np.concatenate([turn[d - 1], np.zeros(3)]) if d <= 3 else np.concatenate([np.zeros(3), turn[d - 4]])
@@ -135,7 +142,8 @@ def constrain(
     def depends(freedom: tuple[int, int], card: Card) -> None:
         if dependent.setdefault(freedom, card) is not card or freedom in structure.held:
             raise card.reject(
-                f"node {freedom[0]}, direction {freedom[1]}, which another entry constrains already", "each displacement in one constraint"
+                f"node {freedom[0]}, direction {freedom[1]}, which another entry already constrains",
+                "one constraint per dependent displacement",
             )
 
     centres = set()
@@ -147,7 +155,7 @@ def constrain(
             by_node.setdefault(node, []).append(direction)
     for node, directions in by_node.items():
         if node in centres:
-            continue  # the motions of its body have it
+            continue  # The function `_body` applies the constraints of this node.
         fixed, turned = axes.held(data.axes.get(node, np.eye(3)), directions)
         structure.held |= {(node, direction) for direction in fixed}
         structure.equations += [[(node, direction, factor) for direction, factor in equation] for equation in turned]
@@ -156,7 +164,7 @@ def constrain(
         first: list[tuple[int, int]] = []
         for k, (node, direction, factor) in enumerate(terms):
             if node not in data.positions or not 1 <= direction <= 3:
-                raise card.reject(f"direction {direction} of node {node}", "directions 1 to 3 of nodes that GRID entries place")
+                raise card.reject(f"direction {direction} of node {node}", "directions 1 to 3 of nodes that GRID entries define")
             row = data.axes.get(node, np.eye(3))[direction - 1]
             for d in range(3):
                 if abs(row[d]) > axes.SMALLEST:
@@ -196,4 +204,6 @@ def constrain(
         for node, direction, _ in terms[1:]:
             if (node, direction) in leads:
                 card = dependent.get((node, direction)) or (rigid[0] if rigid else equations[0][1])
-                raise card.reject(f"node {node}, direction {direction}, which two constraints share", "constraints with nodes of their own")
+                raise card.reject(
+                    f"node {node}, direction {direction}, which two constraints share", "constraints without common dependent displacements"
+                )

@@ -1,4 +1,4 @@
-"""Decks of Abaqus: keywords, parts and instances, and the axes of their nodes, made one flat structure."""
+"""Reads Abaqus decks: keywords, parts and instances, sets, constraints, and the axes of nodes."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ import numpy as np
 from fretwear.importing import Rejected
 from fretwear.importing.axes import ABAQUS, SMALLEST, Frame, rotation, unit_vector
 
-#: How deep included files may include others.
+#: Largest depth of nested included files.
 DEPTH = 16
-#: Steps and loads, output, other physics, and what lies beyond the elastic limit: they leave a linear structure at rest as it is.
+#: Keywords of steps, loads, output, other physics and inelastic materials, which do not change a linear structure without load.
 HARMLESS = set(
     """AMPLITUDE;BUCKLE;CFLUX;CLOAD;CONDUCTIVITY;CONTACT CONTROLS;CONTACT OUTPUT;CONTACT PRINT;CONTROLS;DFLUX;DLOAD;DSLOAD;DYNAMIC;EL FILE;
 EL PRINT;ELEMENT OUTPUT;ENERGY OUTPUT;ENERGY PRINT;EXPANSION;FILE FORMAT;FILE OUTPUT;FILM;FILTER;FREQUENCY;FRICTION;
@@ -23,20 +23,21 @@ MONITOR;NODE FILE;NODE OUTPUT;NODE PRINT;NO ANALYSIS;OUTPUT;PHYSICAL CONSTANTS;P
 RATE DEPENDENT;RESPONSE SPECTRUM;RESTART;SECTION CONTROLS;SECTION FILE;SECTION PRINT;SELECT EIGENMODES;SOLVER CONTROLS;SPECIFIC HEAT;STATIC;
 STEADY STATE DYNAMICS;SURFACE BEHAVIOR;SURFACE INTERACTION;TEMPERATURE;TIME POINTS;USER OUTPUT VARIABLES""".replace("\n", "").split(";")
 )
-#: Known, and without effect on the stiffness: left out with a sentence.
-LEFT_OUT = {"ORIENTATION": "axes of a material; an isotropic one has none"}
+#: Further keywords without effect on the stiffness, with the reason.
+LEFT_OUT = {"ORIENTATION": "an isotropic material does not depend on the axes of the material"}
 READ = set(
     "ASSEMBLY;BOUNDARY;DAMPING;DENSITY;ELASTIC;ELEMENT;ELSET;END ASSEMBLY;END INSTANCE;END PART;EQUATION;INSTANCE;MATERIAL;NODE;NSET;PART;"
     "END STEP;SOLID SECTION;STEP;SURFACE;SYSTEM;TIE;TRANSFORM".split(";")
 )
-#: Data of a material, which follow its *MATERIAL.
+#: Keywords of a material, which follow its *MATERIAL.
 OF_MATERIAL = {"MATERIAL", "ELASTIC", "DENSITY", "DAMPING", "CONDUCTIVITY", "EXPANSION", "PLASTIC", "RATE DEPENDENT", "SPECIFIC HEAT"}
+#: First and last direction that a named boundary condition fixes.
 HELD = {"ENCASTRE": (1, 6), "PINNED": (1, 3), "XSYMM": (1, 1), "YSYMM": (2, 2), "ZSYMM": (3, 3)}
 
 
 @dataclass
 class Block:
-    """A keyword with its options and its lines of data."""
+    """A keyword with its options and its data lines."""
 
     keyword: str
     options: dict[str, str]
@@ -44,30 +45,30 @@ class Block:
     data: list[tuple[str, list[str]]] = field(default_factory=list)
 
     def reject(self, found: str, right: str) -> Rejected:
-        return Rejected(f"{self.place}: *{self.keyword}: found {found}; {right} would be right")
+        return Rejected(f"{self.place}: *{self.keyword} has {found}; fretwear-import expects {right}")
 
     def numbers(self, k: int, count: int, what: str) -> np.ndarray:
-        """The first numbers of a line of data; blank ones are zero."""
+        """Returns the first numbers of a data line. Blank fields are zero."""
         if k >= len(self.data):
-            raise self.reject(f"{k} lines of data", what)
+            raise self.reject(f"only {k} data lines", what)
         place, fields = self.data[k]
         try:
             values = np.array([float(cell.upper().replace("D", "E")) if cell else 0.0 for cell in [*fields, *[""] * count][:count]])
         except ValueError:
-            raise Rejected(f"{place}: found {', '.join(fields)}; {what} would be right") from None
+            raise Rejected(f"{place}: the line is {', '.join(fields)}; fretwear-import expects {what}") from None
         if not np.all(np.isfinite(values)):
-            raise Rejected(f"{place}: found {', '.join(fields)}; finite numbers would be right")
+            raise Rejected(f"{place}: the line is {', '.join(fields)}; fretwear-import expects finite numbers")
         return values
 
 
 @dataclass
 class Scope:
-    """A part, an instance, the assembly, or a flat deck. Names are in capitals."""
+    """The contents of a part, an instance, the assembly or a flat deck. All names are in capitals."""
 
     name: str = ""
     nodes: dict[int, np.ndarray] = field(default_factory=dict)
     elements: dict[int, tuple[str, list[int], str]] = field(default_factory=dict)
-    #: Members: (instance, number or name); of surfaces with a face.
+    #: Members of each set: (instance, number or name). Members of surfaces also have a face.
     nsets: dict[str, list[tuple[str, str]]] = field(default_factory=dict)
     elsets: dict[str, list[tuple[str, str]]] = field(default_factory=dict)
     of_elements: dict[str, list[str]] = field(default_factory=dict)
@@ -75,7 +76,7 @@ class Scope:
     sections: list[tuple[str, str, str]] = field(default_factory=list)
     transforms: list[tuple[str, Frame]] = field(default_factory=list)
     blocks: list[Block] = field(default_factory=list)
-    #: Positions and axes of an instance: x becomes matrix @ x + shift.
+    #: Placement of an instance: its position x becomes matrix @ x + shift.
     matrix: np.ndarray = field(default_factory=lambda: np.eye(3))
     shift: np.ndarray = field(default_factory=lambda: np.zeros(3))
 
@@ -89,13 +90,13 @@ class Model:
 
 
 def _lines(file: Path, files: list[Path], depth: int = 0) -> list[tuple[str, str]]:
-    """Lines without comments and blanks, with their places; included files are followed."""
+    """Returns the lines without comments and blank lines, each with its place. Reads included files too."""
     if depth > DEPTH:
-        raise Rejected(f"{file}: files include each other more than {DEPTH} deep")
+        raise Rejected(f"{file}: files include each other more than {DEPTH} levels deep; remove the circular *INCLUDE")
     try:
         text = file.read_text(encoding="utf-8", errors="replace")
     except OSError as error:
-        raise Rejected(f"{file} cannot be read: {error.strerror}") from None
+        raise Rejected(f"fretwear-import cannot read {file}: {error.strerror}") from None
     files.append(file)
     lines: list[tuple[str, str]] = []
     for k, line in enumerate(text.splitlines()):
@@ -132,7 +133,7 @@ def blocks(file: Path, files: list[Path]) -> list[Block]:
         if line.startswith("*"):
             found.append(_keyword(place, line))
         elif not found:
-            raise Rejected(f"{place}: found {line[:40]!r} before any keyword; a deck begins with a keyword, as *NODE")
+            raise Rejected(f"{place}: the line {line[:40]!r} precedes all keywords; begin the deck with a keyword such as *NODE")
         else:
             found[-1].data.append((place, [cell.strip() for cell in line.split(",")]))
     return found
@@ -140,7 +141,7 @@ def blocks(file: Path, files: list[Path]) -> list[Block]:
 
 def whole(text: str, place: str, what: str) -> int:
     if not re.fullmatch(r"[+-]?\d+", text):
-        raise Rejected(f"{place}: found {text!r}; {what} would be right")
+        raise Rejected(f"{place}: the value is {text!r}; fretwear-import expects {what}")
     return int(text)
 
 
@@ -150,12 +151,12 @@ def real(text: str, place: str, what: str) -> float:
     except ValueError:
         value = np.nan
     if not np.isfinite(value):
-        raise Rejected(f"{place}: found {text!r}; {what} would be right")
+        raise Rejected(f"{place}: the value is {text!r}; fretwear-import expects {what}")
     return value
 
 
 def _frame(block: Block, kind: str) -> Frame:
-    """The axes of *TRANSFORM."""
+    """Returns the axes of *TRANSFORM."""
     values = block.numbers(0, 6, "the six coordinates of two points")
     a, b = values[:3], values[3:]
     if kind == "R":
@@ -170,7 +171,7 @@ def _frame(block: Block, kind: str) -> Frame:
 
 
 def _system(block: Block) -> Frame:
-    """The axes of *SYSTEM, in which *NODE gives positions from there on; without data the axes of the part again."""
+    """Returns the axes of *SYSTEM for the positions of the following *NODE lines. Without data, returns the axes of the part."""
     if not block.data:
         return Frame("R", np.zeros(3), np.eye(3))
     values = block.numbers(0, 6, "the coordinates of one or two points")
@@ -183,7 +184,7 @@ def _system(block: Block) -> Frame:
     else:
         z = np.array([0.0, 0.0, 1.0])
         if abs(x[2]) > SMALLEST:
-            raise block.reject("two points that are not at the same z", "a third point, on a second line,")
+            raise block.reject("two points with different z", "a third point on a second data line")
     return Frame("R", origin, np.array([x, np.cross(z, x), z]))
 
 
@@ -197,7 +198,7 @@ def _nodes(block: Block, scope: Scope, system: Frame) -> None:
         values = block.numbers(k, 4, "a node and its coordinates")[1:]
         position = system.position(here.position(values))
         if label in scope.nodes and not np.allclose(scope.nodes[label], position):
-            raise Rejected(f"{place}: node {label} again, at another place; each node once would be right")
+            raise Rejected(f"{place}: the deck defines node {label} again at another position; define each node once")
         scope.nodes[label] = position
         if name := block.options.get("NSET"):
             scope.nsets.setdefault(name.upper(), []).append((scope.name, str(label)))
@@ -208,14 +209,14 @@ def _elements(block: Block, scope: Scope, counts: dict[str, int]) -> None:
     wanted = counts.get(kind, 0)
     open_: list[int] = []
     for k, (place, fields) in enumerate(block.data):
-        open_ += [whole(cell, place, "the numbers of an element and its nodes") for cell in fields if cell]
+        open_ += [whole(cell, place, "the number of an element or a node") for cell in fields if cell]
         goes_on = len(open_) <= wanted if wanted else not fields[-1] and k + 1 < len(block.data)
         if goes_on and k + 1 < len(block.data):
             continue
         if wanted and len(open_) != wanted + 1:
-            raise Rejected(f"{place}: element {open_[0]} has {len(open_) - 1} nodes; {wanted} of a {kind} would be right")
+            raise Rejected(f"{place}: element {open_[0]} has {len(open_) - 1} nodes; give {wanted} nodes for the type {kind}")
         if open_[0] in scope.elements:
-            raise Rejected(f"{place}: element {open_[0]} again; each number once would be right")
+            raise Rejected(f"{place}: the deck defines element {open_[0]} again; define each element once")
         scope.elements[open_[0]] = (kind, open_[1:], place)
         if name := block.options.get("ELSET"):
             scope.elsets.setdefault(name.upper(), []).append((scope.name, str(open_[0])))
@@ -235,9 +236,11 @@ def _set(block: Block, scope: Scope) -> None:
         )
     for place, fields in block.data:
         if "GENERATE" in block.options:
-            cells = [whole(cell, place, "first, last and step") for cell in fields if cell]
+            cells = [whole(cell, place, "first number, last number and step of a set") for cell in fields if cell]
             if len(cells) not in (2, 3) or cells[1] < cells[0] or cells[-1] < 1:
-                raise Rejected(f"{place}: found {', '.join(fields)}; first, last and step of a set would be right")
+                raise Rejected(
+                    f"{place}: the line is {', '.join(fields)}; fretwear-import expects first number, last number and step of a set"
+                )
             members.append((instance, f"{cells[0]}:{cells[1]}:{cells[2] if len(cells) > 2 else 1}"))
         else:
             members += [(instance, cell.strip('"').upper()) for cell in fields if cell]
@@ -254,11 +257,13 @@ def _instance(block: Block, parts: dict[str, Scope]) -> Scope:
             sets[name] = [(scope.name, member) for _, member in members]
     scope.surfaces = {name: [(scope.name, member, face) for _, member, face in members] for name, members in scope.surfaces.items()}
     if len(block.data) > 2:
-        raise block.reject(f"{len(block.data)} lines of data", "a translation, and below it a rotation,")
+        raise block.reject(f"{len(block.data)} data lines", "one line with a translation and one line with a rotation")
     for k, (place, fields) in enumerate(block.data):
         if any(fields[3 + 4 * k :]) or (k and not any(fields[6:])):
-            right = "two points and an angle" if k else "three numbers of a translation, and a rotation on a second line,"
-            raise Rejected(f"{place}: *INSTANCE, NAME={scope.name}: found {', '.join(fields)}; {right} would be right")
+            right = "two points and an angle" if k else "three numbers of a translation, and a rotation on a second line"
+            raise Rejected(
+                f"{place}: *INSTANCE, NAME={scope.name} has the line {', '.join(fields)}; fretwear-import expects {right}"
+            )
     if block.data:
         scope.shift = block.numbers(0, 3, "a translation")
     if len(block.data) > 1:
@@ -269,22 +274,23 @@ def _instance(block: Block, parts: dict[str, Scope]) -> Scope:
 
 
 def _constants(block: Block, strict: bool) -> np.ndarray:
-    """Those of *ELASTIC or *DENSITY."""
+    """Returns the constants of *ELASTIC or *DENSITY."""
     kind = block.options.get("TYPE", "ISOTROPIC").upper()
     if strict and (len(block.data) != 1 or not kind.startswith("ISO")):
         raise block.reject(
-            f"{len(block.data)} lines, TYPE={kind}", "one line of an isotropic material, which does not depend on temperature,"
+            f"{len(block.data)} data lines and TYPE={kind}",
+            "one data line of an isotropic material that does not depend on temperature",
         )
     return block.numbers(0, 2, "the constants of a material")
 
 
 def _loss_factor(block: Block, is_in_material: bool) -> np.ndarray:
-    """That of the *DAMPING of a material."""
+    """Returns the loss factor of the *DAMPING of a material."""
     if not is_in_material:
-        raise block.reject("it apart from a *MATERIAL", "it among the data directly below the *MATERIAL that it damps")
+        raise block.reject("no *MATERIAL directly above", "*DAMPING among the keywords below its *MATERIAL")
     if set(block.options) != {"STRUCTURAL"}:
         found = ", ".join(block.options) or "no option"
-        raise block.reject(found, "STRUCTURAL alone, and dynamics.rayleigh in the scene for ALPHA and BETA,")
+        raise block.reject(found, "only STRUCTURAL; give ALPHA and BETA as dynamics.rayleigh in the scene")
     factor = real(block.options["STRUCTURAL"], block.place, "a loss factor")
     if factor < 0.0:
         raise block.reject(f"STRUCTURAL={factor:g}", "a loss factor of zero or more")
@@ -292,7 +298,7 @@ def _loss_factor(block: Block, is_in_material: bool) -> np.ndarray:
 
 
 def read(file: Path, files: list[Path], counts: dict[str, int], *, strict: bool) -> Model:
-    """The deck; where it is `strict`, a keyword that may change the stiffness and is not read is rejected by its name."""
+    """Reads a deck. If `strict`, raises Rejected for an unsupported keyword that may change the stiffness."""
     model, parts = Model(), {}
     here, is_part, system, material, steps = model.scopes[""], False, Frame("R", np.zeros(3), np.eye(3)), "", 0
     is_in_material = False
@@ -300,10 +306,14 @@ def read(file: Path, files: list[Path], counts: dict[str, int], *, strict: bool)
         word = block.keyword
         is_in_material = word == "MATERIAL" or (is_in_material and word in OF_MATERIAL)
         if strict and word.endswith(" DAMPING"):
-            raise block.reject("damping of more than a material", "dynamics.damping_ratio or dynamics.loss_factor in the scene")
+            raise block.reject(
+                "damping of more than one material",
+                "*DAMPING of each material, or dynamics.damping_ratio or dynamics.loss_factor in the scene",
+            )
         if word not in READ and (word == "NMAP" or (strict and word not in HARMLESS and word not in LEFT_OUT)):
             raise Rejected(
-                f"{block.place}: *{word} is not read: it may make another structure of it; leave it out, or let Abaqus write the matrices"
+                f"{block.place}: fretwear-import does not read *{word}, which may change the structure; "
+                "remove the keyword, or write the matrices with Abaqus (*MATRIX OUTPUT)"
             )
         if word not in READ:
             model.left_out[word] = model.left_out.get(word, 0) + 1
@@ -319,7 +329,7 @@ def read(file: Path, files: list[Path], counts: dict[str, int], *, strict: bool)
         elif word == "INSTANCE":
             here, is_part, model.is_flat = _instance(block, parts), False, False
             if not here.name or here.name in model.scopes:
-                raise block.reject(f"NAME={here.name}", "another name for each instance")
+                raise block.reject(f"NAME={here.name}", "a different name for each instance")
             model.scopes[here.name] = here
         elif word in ("END PART", "END INSTANCE", "ASSEMBLY", "END ASSEMBLY"):
             here, is_part = model.scopes[""], False
@@ -351,17 +361,17 @@ def read(file: Path, files: list[Path], counts: dict[str, int], *, strict: bool)
         elif word in ("ELASTIC", "DENSITY", "DAMPING"):
             constants = model.materials.setdefault(material, {})
             if strict and word in constants:
-                raise block.reject(f"it twice in the material {material}", "it once")
+                raise block.reject(f"a second occurrence in the material {material}", "one occurrence per material")
             constants[word] = _loss_factor(block, is_in_material) if word == "DAMPING" else _constants(block, strict)
         elif word == "STEP":
             steps += 1
             if strict and block.options.get("NLGEOM", "NO").upper() != "NO":
-                raise block.reject("NLGEOM", "the unloaded structure, without it,")
+                raise block.reject("the option NLGEOM", "a linear step without NLGEOM")
         elif word in ("BOUNDARY", "EQUATION", "TIE"):
             if steps > 1 and word == "BOUNDARY":
-                raise block.reject("a second step that holds nodes", "one step, or what is held before it,")
+                raise block.reject("fixed displacements in a second step", "all fixed displacements before the second step")
             if is_part:
-                raise block.reject("it in a part", "it in the assembly")
+                raise block.reject("a place inside a part", "a place in the assembly")
             if block.options.get("OP", "").upper() == "NEW":
                 for scope in model.scopes.values():
                     scope.blocks = [

@@ -1,4 +1,4 @@
-"""What a deck of Abaqus names, resolved: sets, positions, axes of displacements, and what is held."""
+"""Resolves the names of an Abaqus deck: sets, positions, axes of displacements, and fixed displacements."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ import numpy as np
 from fretwear.importing import Rejected, axes, deck, mesh
 from fretwear.importing.deck import Block, Model, Scope
 
-#: Number in the structure by instance and own number.
+#: Number of a node or an element in the structure, by instance and number in the instance.
 Numbers = dict[tuple[str, int], int]
 
 
 class Flat:
-    """Resolves what a model names to nodes (instance, number) and elements (instance, number)."""
+    """Resolves the names in a model to nodes (instance, number) and elements (instance, number)."""
 
     def __init__(self, model: Model) -> None:
         self.model = model
@@ -22,11 +22,11 @@ class Flat:
 
     def scope(self, name: str, place: str) -> Scope:
         if name not in self.model.scopes:
-            raise Rejected(f"{place}: there is no instance {name}; there are {', '.join(filter(None, self.model.scopes))}")
+            raise Rejected(f"{place}: the deck has no instance {name}; its instances are {', '.join(filter(None, self.model.scopes))}")
         return self.model.scopes[name]
 
     def members(self, instance: str, member: str, kind: str, place: str, seen: tuple[str, ...] = ()) -> list[tuple[str, int]]:
-        """Of "7", "INSTANCE.7", "1:9:2", a set, or "INSTANCE.SET"; `kind` is nsets or elsets."""
+        """Returns the members of "7", "INSTANCE.7", "1:9:2", a set, or "INSTANCE.SET". `kind` is nsets or elsets."""
         instance, _, rest = ("." + member).rpartition(".") if "." in member else (instance, "", member)
         instance = instance.lstrip(".") if "." in member else instance
         scope = self.scope(instance, place)
@@ -34,7 +34,7 @@ class Flat:
         if re.fullmatch(r"\d+", rest):
             if int(rest) not in there:
                 raise Rejected(
-                    f"{place}: found {member}, which {instance or 'the deck'} does not have as a {'node' if kind == 'nsets' else 'element'}"
+                    f"{place}: the line gives {member}, but {instance or 'the deck'} has no such {'node' if kind == 'nsets' else 'element'}"
                 )
             return [(instance, int(rest))]
         if range_ := re.fullmatch(r"(\d+):(\d+):(\d+)", rest):
@@ -48,7 +48,7 @@ class Flat:
         if (key, kind) in self.known:
             return self.known[(key, kind)]
         if rest not in sets or key in seen:
-            raise Rejected(f"{place}: found {member}; a number or a set that the deck has, and that does not hold itself, would be right")
+            raise Rejected(f"{place}: the deck has no set {member}, or the set contains itself; give a number or an existing set")
         found = [found for inner, name in sets[rest] for found in self.members(inner, name, kind, place, (*seen, key))]
         for elements in scope.of_elements.get(rest, []) if kind == "nsets" else []:
             for owner, label in self.members(instance, elements, "elsets", place, (*seen, key)):
@@ -57,7 +57,10 @@ class Flat:
         return self.known[(key, kind)]
 
     def names(self, kind: str) -> dict[str, tuple[str, str]]:
-        """Instance and name of each set by the name that it is written with: its own where only one instance has it."""
+        """Returns the instance and the name of each set, by its name in the written folder.
+
+        The name in the folder begins with the instance if several instances have a set with the same name.
+        """
         having: dict[str, list[str]] = {}
         for scope in self.model.scopes.values():
             for name in getattr(scope, kind):
@@ -69,7 +72,10 @@ class Flat:
         ]
         plain = {mesh.plain_name(full): (scope, name) for full, scope, name in found}
         if len(plain) < len(found):
-            raise Rejected(f"two of {', '.join(full for full, _, _ in found)[:200]} differ only by signs that decks do not tell apart")
+            raise Rejected(
+                f"two of the names {', '.join(full for full, _, _ in found)[:200]} differ only in characters that a deck cannot contain; "
+                "rename one of them"
+            )
         return plain
 
 
@@ -78,7 +84,7 @@ def positions_of(model: Model) -> dict[tuple[str, int], np.ndarray]:
 
 
 def axes_of(flat: Flat, positions: dict[tuple[str, int], np.ndarray]) -> dict[tuple[str, int], np.ndarray]:
-    """Directions of displacements of the nodes of *TRANSFORM, turned as their instances are."""
+    """Returns the displacement directions of the nodes with *TRANSFORM. The rotation of an instance also rotates the directions."""
     found: dict[tuple[str, int], np.ndarray] = {}
     for scope in flat.model.scopes.values():
         for name, frame in scope.transforms:
@@ -91,27 +97,27 @@ def axes_of(flat: Flat, positions: dict[tuple[str, int], np.ndarray]) -> dict[tu
 
 
 def held_by(flat: Flat, blocks: list[tuple[str, Block]]) -> set[tuple[tuple[str, int], int]]:
-    """Nodes and directions that *BOUNDARY holds at zero."""
+    """Returns the nodes and directions that *BOUNDARY fixes at zero."""
     found = set()
     for instance, block in blocks:
         if block.keyword != "BOUNDARY":
             continue
         if unknown := [key for key in block.options if key not in ("OP", "step", "TYPE", "AMPLITUDE", "LOAD CASE")]:
-            raise block.reject(unknown[0], "displacements held at zero")
+            raise block.reject(f"the option {unknown[0]}", "displacements that are fixed at zero")
         for place, fields in block.data:
             word = fields[1].upper() if len(fields) > 1 else ""
             if word in deck.HELD:
                 first, last = deck.HELD[word]
             elif re.fullmatch(r"[1-6]", word):
                 first = int(word)
-                last = deck.whole(fields[2], place, "a last direction") if len(fields) > 2 and fields[2] else first
+                last = deck.whole(fields[2], place, "the number of the last direction") if len(fields) > 2 and fields[2] else first
             else:
                 raise Rejected(
-                    f"{place}: found {', '.join(fields)}; a node or set, then its first and last direction, or ENCASTRE "
-                    "or PINNED, would be right"
+                    f"{place}: the line is {', '.join(fields)}; fretwear-import expects a node or a set, then the first and the last "
+                    "direction, or ENCASTRE, PINNED, XSYMM, YSYMM or ZSYMM"
                 )
-            if len(fields) > 3 and fields[3] and deck.real(fields[3], place, "a displacement of zero") != 0.0:
-                raise Rejected(f"{place}: found the displacement {fields[3]}; only displacements held at zero are a structure at rest")
+            if len(fields) > 3 and fields[3] and deck.real(fields[3], place, "the displacement 0") != 0.0:
+                raise Rejected(f"{place}: the displacement is {fields[3]}; fretwear-import expects displacements that are fixed at zero")
             nodes = flat.members(instance, fields[0].strip('"').upper(), "nsets", place)
             found |= {(node, direction) for node in nodes for direction in range(first, min(last, 6) + 1)}
     return found

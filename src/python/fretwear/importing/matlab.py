@@ -1,4 +1,4 @@
-"""MATLAB: `.mat` files of the versions 4 and 5 by SciPy, 7.3 by h5py, with CSV files for what they have not."""
+"""Reads MATLAB `.mat` files: versions 4 and 5 with SciPy, version 7.3 with h5py. CSV files may add nodes, rows and sets."""
 
 from __future__ import annotations
 
@@ -11,13 +11,14 @@ import numpy as np
 from fretwear.importing import Rejected, child, folder
 from fretwear.importing.folder import Structure
 
-#: Names of variables, in small letters.
+#: Matrix by the name of its variable, in lower case.
 ROLES = {
     **dict.fromkeys(("k", "stiffness"), "K"),
     **dict.fromkeys(("m", "mass"), "M"),
     **dict.fromkeys(("c", "b", "d", "damping", "viscous_damping"), "C"),
     **dict.fromkeys(("ks", "k4", "h", "structural_damping"), "Ks"),
 }
+#: Number of columns of each table.
 TABLES = {"nodes": 4, "rows": 2}
 
 
@@ -28,7 +29,7 @@ def _is_73(file: str) -> bool:
 
 
 def read_mat(file: str) -> dict[str, Any]:
-    """Runs in the child."""
+    """Reads the variables of a file. Runs in the child process."""
     result: dict[str, Any] = {"others": []}
 
     def add(name: str, value: Any) -> None:
@@ -50,8 +51,8 @@ def read_mat(file: str) -> dict[str, Any]:
             result[f"{name} dense"] = value if is_single else value.astype(complex if value.dtype.kind == "c" else float)
         else:
             raise Rejected(
-                f"{file}: {name} is no matrix of numbers but {getattr(value, 'dtype', type(value).__name__)}; a dense "
-                "or sparse matrix would be right"
+                f"{file}: the variable {name} has the type {getattr(value, 'dtype', type(value).__name__)}; "
+                "it must be a dense or sparse matrix of numbers"
             )
 
     if _is_73(file):
@@ -77,7 +78,7 @@ def read_mat(file: str) -> dict[str, Any]:
                         or columns[0] != 0
                         or columns[-1] != len(at)
                     ):
-                        raise Rejected(f"{file}: {name} is a damaged sparse matrix: its columns do not fit its entries")
+                        raise Rejected(f"{file}: the columns of the sparse matrix {name} do not match its entries; the file may be damaged")
                     add(name, sparse.csc_array((values, at, columns), shape=size))
                 elif isinstance(item, h5py.Group):
                     add(name, "struct")
@@ -102,7 +103,7 @@ def read(files: list[Path], options: Namespace) -> Structure:
 
     mats = [file for file in files if file.suffix.lower() == ".mat"]
     if not mats:
-        raise Rejected(f"{files[0]}: there is no .mat beside it")
+        raise Rejected(f"{files[0]}: no .mat file is given; give the .mat file with the matrices too")
     structure = Structure(list(mats), libraries=["scipy"])
     tables: dict[str, np.ndarray] = {}
     for file in mats:
@@ -113,7 +114,8 @@ def read(files: list[Path], options: Namespace) -> Structure:
             "fretwear.importing.matlab:read_mat", {"file": str(file)}, files=[file], library="h5py" if is_73 else "scipy", extra="matlab"
         )
         structure.left_out += [
-            f"{file}: the variable {name}; it is no matrix by its name (K, M, C, Ks, nodes, rows are)." for name in found["others"]
+            f"{file}: the import ignores the variable {name}, because its name denotes no matrix or table (K, M, C, Ks, nodes, rows)."
+            for name in found["others"]
         ]
         names = {key.rsplit(" ", 1)[0] for key in found if key.rsplit(" ", 1)[-1] in ("dense", "values")}
         for name in sorted(names):
@@ -128,10 +130,10 @@ def read(files: list[Path], options: Namespace) -> Structure:
             real, imaginary = folder.complex_parts(role, matrix, f"{file}: {name}")
             for part, value in ((role, real), *([("Ks", imaginary)] if imaginary is not None else [])):
                 if part in structure.matrices:
-                    raise Rejected(f"{file}: {name} is the second {folder.MATRICES[part]}; each once would be right")
+                    raise Rejected(f"{file}: the variable {name} is a second {folder.MATRICES[part]} matrix; give each matrix once")
                 structure.matrices[part] = value
     if "K" not in structure.matrices:
-        raise Rejected(f"{mats[0]}: there is no stiffness K; the variables K and M are needed, C and Ks may be there")
+        raise Rejected(f"{mats[0]}: the file has no stiffness matrix K; give the variables K and M, and optionally C and Ks")
     folder.csv_tables(structure, [file for file in files if file not in mats], tables)
     where = str(mats[0])
     for name, width in TABLES.items():
@@ -142,27 +144,31 @@ def read(files: list[Path], options: Namespace) -> Structure:
             or (tables[name][:, 0] % 1).any()
         ):
             raise Rejected(
-                f"{where}: {name} has the shape {tables[name].shape}; {width} columns of finite numbers would be right, "
-                "the first the number of a node"
+                f"{where}: the table {name} has the shape {tables[name].shape}; it must have {width} columns of finite numbers, "
+                "with node numbers in the first column"
             )
     if "nodes" not in tables:
         raise Rejected(
-            f"{where}: nothing says where the nodes are; a variable nodes (node, x, y, z), or a CSV file with these columns, would be right"
+            f"{where}: the files have no positions of nodes; give a variable nodes with the columns node, x, y and z, "
+            "or a CSV file with the columns node,x,y,z"
         )
     structure.labels, structure.positions = tables["nodes"][:, 0].astype(int).tolist(), tables["nodes"][:, 1:]
     if len(set(structure.labels)) < len(structure.labels):
-        raise Rejected(f"{where}: a node stands twice in nodes; each once would be right")
+        raise Rejected(f"{where}: the table nodes has a node twice; each node must occur once")
     count, nodes = structure.matrices["K"].shape[0], len(structure.labels)
     if "rows" in tables:
         structure.rows = tables["rows"].astype(np.int64)
         if ((structure.rows[:, 1] < 0) | (structure.rows[:, 1] > 6)).any():
-            raise Rejected(f"{where}: rows has a direction that is not 0 to 6")
+            raise Rejected(f"{where}: the table rows has a direction outside 0 to 6; give 1 to 6, or 0 for a row without a node")
     elif nodes and count in (3 * nodes, 6 * nodes):
         structure.rows = np.array([(node, d + 1) for node in structure.labels for d in range(count // nodes)], np.int64)
         structure.left_out.append(
-            f"Nothing says what the rows are: they are taken as {count // nodes} for each node, in the order of nodes."
+            f"The import assumes {count // nodes} rows per node, in the order of the nodes, because the files have no table rows."
         )
     else:
-        raise Rejected(f"{where}: K has {count} rows for {nodes} nodes, neither three nor six each; rows (node, direction) would be right")
+        raise Rejected(
+            f"{where}: K has {count} rows for {nodes} nodes, which is neither three nor six rows per node; "
+            "give a table rows with the columns node and direction"
+        )
     folder.check_matrices(structure, where)
     return structure

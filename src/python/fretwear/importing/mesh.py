@@ -1,4 +1,4 @@
-"""A mesh of solids, checked and written as a flat deck that CalculiX runs."""
+"""Checks a mesh of solid elements, and writes the mesh as a flat deck that CalculiX runs."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 from fretwear.importing import Rejected
 from fretwear.importing.folder import Structure
 
-#: Nodes of the element types, and the corners between which each node in the middle of an edge lies.
+#: Number of corner nodes of each element type, and the two corners of the edge of each midside node.
 TETRA = [(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)]
 WEDGE = [(0, 1), (1, 2), (2, 0), (3, 4), (4, 5), (5, 3), (0, 3), (1, 4), (2, 5)]
 HEXA = [(0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7)]
@@ -25,38 +25,42 @@ TYPES: dict[str, tuple[int, list[tuple[int, int]]]] = {
     "C3D20": (8, HEXA),
     "C3D20R": (8, HEXA),
 }
-#: Corners of tetrahedra that fill an element, for its orientation: one at each corner, by its three neighbours.
+#: Tetrahedra at the corners of an element: each corner with its three neighbours. Their volumes give the orientation of the element.
 CORNERS = {
     4: [(0, 1, 2, 3)],
     6: [(0, 1, 2, 3), (1, 2, 0, 4), (2, 0, 1, 5), (3, 5, 4, 0), (4, 3, 5, 1), (5, 4, 3, 2)],
     8: [(0, 1, 3, 4), (1, 2, 0, 5), (2, 3, 1, 6), (3, 0, 2, 7), (4, 7, 5, 0), (5, 4, 6, 1), (6, 5, 7, 2), (7, 6, 4, 3)],
 }
-#: Numbers in a line of a set.
+#: Largest number of values per line of a set.
 IN_LINE = 12
 
 
 def plain_name(name: str) -> str:
-    """A name as decks have it, without blanks and other signs."""
+    """Returns a name with "_" in place of characters that a deck does not accept."""
     return re.sub(r"[^A-Za-z0-9_.-]", "_", name)
 
 
 def count(kind: str) -> int:
+    """Returns the number of nodes of an element type."""
     corners, edges = TYPES[kind]
     return corners + len(edges)
 
 
 def check(structure: Structure, where: str) -> None:
-    """Each element has its nodes, a positive volume at every corner, and edges whose middle nodes lie nearest to their own middle."""
+    """Checks that each element has existing nodes, positive volumes at its corners, and midside nodes near their own edges.
+
+    Raises Rejected.
+    """
     if not structure.elements:
-        raise Rejected(f"{where}: there are no solid elements; the program assembles solids alone")
+        raise Rejected(f"{where}: the files have no solid elements; give a mesh of solid elements")
     if not np.all(np.isfinite(structure.positions)):
-        raise Rejected(f"{where}: a node has a coordinate that is not a finite number")
+        raise Rejected(f"{where}: a node has a coordinate that is not finite; all coordinates must be finite numbers")
     place = {label: k for k, label in enumerate(structure.labels)}
     by_kind: dict[str, list[tuple[str, int, list[int]]]] = {}
     for element in structure.elements:
         missing = [node for node in element[2] if node not in place]
         if missing:
-            raise Rejected(f"{where}: element {element[1]} has the node {missing[0]}, which is not there")
+            raise Rejected(f"{where}: element {element[1]} has the node {missing[0]}, which the files do not define; add the node")
         by_kind.setdefault(element[0], []).append(element)
     for kind, elements in by_kind.items():
         corners, edges = TYPES[kind]
@@ -66,7 +70,7 @@ def check(structure: Structure, where: str) -> None:
             if (wrong := ~((volumes > 0.0) & (volumes < np.inf))).any():
                 bad = elements[int(np.argmax(wrong))][1]
                 raise Rejected(
-                    f"{where}: element {bad} ({kind}) is turned inside out or flat; the order of its nodes, or their positions, are wrong"
+                    f"{where}: element {bad} ({kind}) is inside out or flat; correct the order or the positions of its nodes"
                 )
         if edges:
             middles = np.stack([(at[:, a] + at[:, b]) / 2 for a, b in edges], axis=1)
@@ -75,40 +79,40 @@ def check(structure: Structure, where: str) -> None:
             if wrong.any():
                 element, edge = np.argwhere(wrong)[0]
                 raise Rejected(
-                    f"{where}: element {elements[element][1]} ({kind}): its node {corners + edge + 1} is nearest to the "
-                    "middle of another edge than its own"
+                    f"{where}: element {elements[element][1]} ({kind}) has its node {corners + edge + 1} near the middle of a wrong edge; "
+                    "correct the order of the nodes"
                 )
 
 
 def check_constraints(structure: Structure) -> None:
-    """No displacement depends on others twice, or depends on others and is held."""
+    """Checks that each dependent displacement is in one equation only, and is not fixed. Raises Rejected."""
     leads = [terms[0][:2] for terms in structure.equations]
     twice = {lead for lead in leads if leads.count(lead) > 1} if len(set(leads)) < len(leads) else set()
     for node, direction in sorted(twice | (set(leads) & structure.held)):
         raise Rejected(
-            f"node {node}, direction {direction} depends on others by an equation, and is held or in another equation; "
-            "one of them would be right"
+            f"node {node}, direction {direction} depends on other displacements by an equation, and is also fixed or in another equation; "
+            "remove one of the constraints"
         )
 
 
 def drop_unused(structure: Structure) -> None:
-    """Leaves out nodes that no element has, with a sentence, and in sets too."""
+    """Removes nodes without an element from the structure and from its sets, and records the removal."""
     used = {node for element in structure.elements for node in element[2]}
     used |= {node for terms in structure.equations for node, _, _ in terms}
     kept = [k for k, label in enumerate(structure.labels) if label in used]
     dropped = len(structure.labels) - len(kept)
     if not dropped:
         return
-    structure.left_out.append(f"{dropped} nodes that belong to no solid element.")
+    structure.left_out.append(f"The import omits {dropped} nodes that belong to no solid element.")
     if held := {row for row in structure.held if row[0] not in used}:
-        structure.left_out.append(f"{len(held)} displacements of such nodes, which are held.")
+        structure.left_out.append(f"The import omits {len(held)} fixed displacements of nodes that belong to no solid element.")
         structure.held -= held
     structure.labels, structure.positions = [structure.labels[k] for k in kept], structure.positions[kept]
     for name, nodes in list(structure.sets.items()):
         structure.sets[name] = [node for node in nodes if node in used]
         if nodes and not structure.sets[name]:
             del structure.sets[name]
-            structure.left_out.append(f"The set {name}: none of its nodes belongs to a solid element.")
+            structure.left_out.append(f"The import omits the set {name}, because none of its nodes belongs to a solid element.")
 
 
 def _numbers(numbers: Iterable[int]) -> Iterable[str]:
@@ -118,12 +122,12 @@ def _numbers(numbers: Iterable[int]) -> Iterable[str]:
 
 
 def _real(value: float) -> str:
-    """A number in the 20 signs that CalculiX reads."""
+    """Returns a number as text with at most 20 characters, because CalculiX reads no more."""
     return repr(value) if len(repr(value)) <= 20 else f"{value:.13g}"
 
 
 def _deck(structure: Structure) -> Iterable[str]:
-    yield "** A flat deck, written by fretwear-import. Displacements are along the global axes."
+    yield "** fretwear-import wrote this flat deck. Displacements are along the global axes."
     yield "*NODE"
     for label, position in zip(structure.labels, structure.positions.tolist(), strict=True):
         yield f"{label}, " + ", ".join(map(_real, position))

@@ -1,4 +1,4 @@
-"""A scene for the folder: what was given, and a comment for each value that nobody gave."""
+"""Writes a scene for the folder of an import: the given values, and a comment for each missing value."""
 
 from __future__ import annotations
 
@@ -8,21 +8,21 @@ from argparse import Namespace
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    # It imports numpy, which need not be there yet.
+    # This module imports numpy, which may be missing when `__main__` imports this module.
     from fretwear.importing.folder import Structure
 
 TEMPLATE = """\
-# Written by fretwear-import. Nobody gave the values that stand as "?": fill them in, and take the "#" before them away.
-# Then: fretwear check scene.toml
+# fretwear-import wrote this scene. Replace each "?" by a value, and remove the "#" in front of its line.
+# Then run `fretwear check scene.toml`.
 
 [joint]
-# size = ["? mm", "? mm"]                   # the rectangle of the joint along its x and y
-# grid = [?, ?]                             # cells of the rough surface
+# size = ["? mm", "? mm"]                   # lengths of the joint along x and y
+# grid = [?, ?]                             # numbers of cells along x and y
 
 [material]
 {material}
 [surface]
-# kind = "?"                                # as "gaussian", or "file"
+# kind = "?"                                # "gaussian", "file" or another kind of surface
 # rq = "? um"
 # correlation_length = "? mm"
 
@@ -36,7 +36,7 @@ file = "."
 {unit}{interface}{fixed}
 [dynamics]
 {damping}# force = {{ amplitude = "? N", at = "?", direction = "?" }}
-# frequency = ["? Hz", "? Hz"]              # around one resonance: fretwear inspect lists them
+# frequency = ["? Hz", "? Hz"]              # range around one resonance; `fretwear inspect .` lists the resonances
 """
 
 
@@ -46,7 +46,7 @@ TIMES = {"s": 1.0, "ms": 1e-3}
 
 
 def scale(text: str, units: dict[str, float]) -> float:
-    """A unit, or a number of them as "25.4 mm", in SI. Raises ValueError."""
+    """Returns a unit, or a multiple such as "25.4 mm", in SI units. Raises ValueError."""
     match = re.fullmatch(r"(?:(\d[\d.eE+-]*) *)?([a-z]+)", text)
     if not match or match[2] not in units or float(match[1] or 1.0) <= 0.0:
         raise ValueError(text)
@@ -54,16 +54,17 @@ def scale(text: str, units: dict[str, float]) -> float:
 
 
 def _material(structure: Structure, unit: dict[str, str] | None) -> str:
-    """That of the mesh, if it has one and its units are known."""
+    """Returns the lines of [material]: the material of the mesh if the mesh has one material and known units."""
     materials = {values[:2] for values in structure.materials.values()}
     if len(materials) != 1 or unit is None:
-        return '# youngs_modulus = "? GPa"                  # of the bodies at the joint\n# poisson_ratio = ?\n'
+        return '# youngs_modulus = "? GPa"                  # modulus of both bodies at the joint\n# poisson_ratio = ?\n'
     modulus, ratio = materials.pop()
     factor = scale(unit["mass"], MASSES) / scale(unit["length"], LENGTHS) / scale(unit["time"], TIMES) ** 2
-    return f'youngs_modulus = "{modulus * factor:.9g} Pa"               # that of the mesh\npoisson_ratio = {ratio!r}\n'
+    return f'youngs_modulus = "{modulus * factor:.9g} Pa"               # modulus of the mesh\npoisson_ratio = {ratio!r}\n'
 
 
 def write(structure: Structure, options: Namespace) -> str:
+    """Returns the text of the scene."""
     unit: dict[str, str] | None = options.units
     if unit:
         unit_line = "unit = {{ {} }}\n".format(", ".join(f'{key} = "{value}"' for key, value in unit.items()))
@@ -75,10 +76,10 @@ def write(structure: Structure, options: Namespace) -> str:
         interface = f"interface = {{ upper = {json.dumps(options.upper)}, lower = {json.dumps(options.lower)} }}\n"
     else:
         names = ", ".join(structure.sets) or "none"
-        interface = f'# interface = {{ upper = "?", lower = "?" }}  # sets of nodes; there are {names}\n'
+        interface = f'# interface = {{ upper = "?", lower = "?" }}  # two node sets; the folder has the sets {names}\n'
     fixed = f"fixed = {json.dumps(options.fixed)}\n" if options.fixed and not structure.is_mesh else ""
     has_damping = structure.damping or structure.loss_factor or any(name in structure.matrices for name in ("C", "Ks"))
-    damping = f"# damping_ratio = ?                         # {'beside the damping of the files' if has_damping else 'of every mode'}\n"
+    damping = f"# damping_ratio = ?                         # of each mode{', besides damping from the files' if has_damping else ''}\n"
     if structure.loss_factor:
         damping += f"loss_factor = {structure.loss_factor!r}\n"
     return TEMPLATE.format(
