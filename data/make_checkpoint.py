@@ -1,11 +1,11 @@
-"""Makes the checkpoints in data/: the published case at one iteration before its contact elements are renewed, to go on from; with
-contact elements that do what the fine contact does, and with those of the paper.
+"""Writes the checkpoints in data/: the published case one iteration before the first model update. One checkpoint has the default
+contact elements (sliders), and the other has the contact elements of the paper.
 
     python3 data/make_checkpoint.py PROGRAM
 
-PROGRAM is target/release/fretwear. The case is run in a temporary folder to its first update after UPDATES updates; what is kept
-is the iteration before, the unworn one, the unworn surface, and (expected.json) the summaries of the iterations that follow. The
-reduced structure is left out for its size: it is computed again.
+PROGRAM is target/release/fretwear. The script runs the case in a temporary folder up to its first model update. It keeps the iteration
+before the update, the unworn iteration, the unworn surface, and the summaries of the following iterations (expected.json). It omits the
+reduced structure because of its size. The program computes the structure again.
 """
 
 import json
@@ -20,7 +20,7 @@ TARGETS = {
     REPOSITORY / "data/lap_joint_checkpoint": [],
     REPOSITORY / "data/lap_joint_checkpoint_total": ["--set", "contact.stiffness=total"],
 }
-# Enough cycles for one update after the first, few enough for a minute of work.
+# Enough cycles for one update after iteration 0, and few enough for a minute of work.
 CYCLES = 200_000
 
 
@@ -30,11 +30,11 @@ def make(program, target, sets):
         run = Path(folder) / "run"
         rows = []
         command = [program, "run", str(scene), *sets, "--run", str(run), "--until", "summary", "--quiet", "--json"]
-        # `--until` the last stage makes one iteration a start.
+        # With `--until` the last stage, each start computes one iteration.
         while not rows or rows[-1]["cycles"] < CYCLES:
             done = subprocess.run(command, check=True, capture_output=True, text=True)
             row = json.loads(done.stdout)
-            # Times differ from run to run.
+            # Times differ between runs.
             for name in ("timing", "timing_fft_pairs", "cost"):
                 row.pop(name, None)
             rows.append(row)
@@ -43,7 +43,7 @@ def make(program, target, sets):
                 break
         update = updates[0]
         checkpoint = Path(folder) / "checkpoint"
-        # The same scene, so that what is inherited stays as it is; then what is kept may change.
+        # The first start keeps the scene, so the inherited iterations do not change. The second start changes the kept iterations.
         for arguments in (["--from", f"{run}@{update - 1}"], ["--set", "output.keep={ last = 1 }"]):
             subprocess.run(
                 [program, "run", "--run", str(checkpoint), *arguments, "--until", "structure", "--quiet"], check=True

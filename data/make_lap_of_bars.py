@@ -1,21 +1,21 @@
-"""Makes lap_of_bars.inp, the mesh of two steel bars that overlap (see README.md):
+"""Writes lap_of_bars.inp, the mesh of two overlapping steel bars (see README.md):
 
     python3 data/make_lap_of_bars.py data/lap_of_bars.inp
 
-Only the standard library is used, and the file comes out the same on every machine. Lengths are in mm, masses in t, times in s.
+The script needs only the standard library and writes the same file on every machine. Lengths are in mm, masses in t, times in s.
 """
 
 import sys
 from dataclasses import dataclass
 from itertools import product
 
-# The corners of a cell in the order of a C3D8I.
+# Corners of a cell in the order of a C3D8I element.
 CORNERS = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
 
 
 @dataclass
 class Bar:
-    """A box of equal cells; its nodes and elements are numbered from `first`, along z fastest."""
+    """Box of equal cells. Node and element numbers begin with `first` and increase fastest along z."""
 
     name: str
     first: int
@@ -35,22 +35,22 @@ class Bar:
 
 
 def two_bars(cell, cells, lap):
-    """Two equal bars, the upper one on the last `lap` cells of the lower one, and their named sets of nodes."""
+    """Returns two equal bars with their named node sets. The upper bar lies on the last `lap` cells of the lower bar."""
     nx, ny, nz = cells
-    # Two fifths of the lap along x, and five ninths of the width.
+    # 2/5 of the lap along x, and 5/9 of the width.
     under_x = range(round(0.3 * lap), round(0.7 * lap) + 1)
     under_y = range(round(2 * ny / 9), round(7 * ny / 9) + 1)
     lower = Bar("LOWER", 1, cell, cells, (0, 0, 0))
     upper = Bar("UPPER", 10_001, cell, cells, (cell[0] * (nx - lap), 0, cell[2] * nz))
     sets = {
-        # The faces that touch, node for node.
+        # The touching faces, which match node for node.
         "BOTTOM": [node for (i, _, k), node in lower.nodes.items() if k == nz and i >= nx - lap],
         "TOP": [node for (i, _, k), node in upper.nodes.items() if k == 0 and i <= lap],
-        # What the head and the nut of a bolt press, in the middle of the lap.
+        # Faces under head and nut of the bolt, in the middle of the lap.
         "HEAD": [node for (i, j, k), node in upper.nodes.items() if k == nz and i in under_x and j in under_y],
         "NUT": [node for (i, j, k), node in lower.nodes.items() if k == 0 and i - (nx - lap) in under_x and j in under_y],
         "CLAMP": [node for (i, _, _), node in lower.nodes.items() if i == 0],
-        # The far edge of the upper bar, and a corner of it.
+        # The far edge of the upper bar, and one corner of the edge.
         "TIP": [node for (i, _, k), node in upper.nodes.items() if (i, k) == (nx, nz)],
         "SENSOR": [upper.nodes[cells]],
     }
@@ -58,7 +58,7 @@ def two_bars(cell, cells, lap):
 
 
 def deck(bars, sets, more=()):
-    """The text of an input deck, clamped at CLAMP, with `more` lines of it."""
+    """Returns the text of an input deck that is clamped at CLAMP, followed by the lines `more`."""
     lines = ["** Bars of steel; made by data/make_lap_of_bars.py. Lengths in mm, masses in t, times in s.", "*NODE"]
     for bar in bars:
         lines += [f"{node}, {x:g}, {y:g}, {z:g}" for node, (x, y, z) in bar.positions.items()]
@@ -67,7 +67,7 @@ def deck(bars, sets, more=()):
         lines += [", ".join(map(str, [element, *nodes])) for element, nodes in bar.elements.items()]
     for name, nodes in sets.items():
         lines.append(f"*NSET, NSET={name}")
-        # Sixteen numbers a line at most.
+        # At most sixteen numbers per line.
         lines += [", ".join(map(str, nodes[k : k + 16])) for k in range(0, len(nodes), 16)]
     lines += ["*MATERIAL, NAME=STEEL", "*ELASTIC", "210000., 0.3", "*DENSITY", "7.85E-9"]
     lines += [f"*SOLID SECTION, ELSET={bar.name}, MATERIAL=STEEL" for bar in bars]
@@ -75,7 +75,7 @@ def deck(bars, sets, more=()):
 
 
 def main(path):
-    # Bars of 120 x 27 x 8 mm that overlap by 40 mm.
+    # Bars of 120 x 27 x 8 mm with an overlap of 40 mm.
     with open(path, "w", encoding="utf-8") as file:
         file.write(deck(*two_bars(cell=(4, 3, 2), cells=(30, 9, 4), lap=10)))
 

@@ -1,6 +1,6 @@
-"""Makes ground_face.x3p, a made-up but measured-like topography of a ground steel face (see README.md).
+"""Writes ground_face.x3p, a generated topography that resembles a measured ground steel face (see README.md).
 
-Only the standard library is used, so that the file comes out the same on every machine but for the zip's packing:
+The script needs only the standard library. The file is the same on every machine, except for the compression of the zip archive:
 
     python3 data/make_surface.py data/ground_face.x3p
 """
@@ -12,15 +12,15 @@ import struct
 import sys
 import zipfile
 
-NX, NY = 256, 192  # points; x is across the grinding direction, y along it
+NX, NY = 256, 192  # number of points; x is across the grinding direction, y along it
 DX, DY = 16e-6, 12e-6  # m
-STEP = 2e-9  # m, one step of the 16-bit heights, which then span ±65 µm
-OFFSET = 12e-6  # m, the height of step 0
+STEP = 2e-9  # m, one step of the 16-bit heights, which span ±65 µm
+OFFSET = 12e-6  # m, height of step 0
 SEED = 20190627
 
 
 def profile(rng, length, count, shortest, longest):
-    """A sum of waves with random phases whose amplitude grows with the wavelength: rough at all scales, not periodic."""
+    """Returns a sum of waves with random phases and amplitudes that increase with the wavelength: rough at all scales, not periodic."""
     waves = []
     for k in range(count):
         wavelength = shortest * (longest / shortest) ** (k / (count - 1)) * rng.uniform(0.93, 1.07)
@@ -36,7 +36,7 @@ def main(path):
     xs = [(i + 0.5 - NX / 2) * DX for i in range(NX)]
     ys = [(j + 0.5 - NY / 2) * DY for j in range(NY)]
 
-    # Grinding marks: long scratches along y, each wandering a little, deeper than they are high.
+    # Grinding marks: long scratches along y with small lateral deviations, deeper than high.
     marks = profile(rng, [k * DX / 4 for k in range(4 * NX + 400)], 90, 35e-6, 700e-6)
     marks = [v - 0.28 * (v * v - 1) for v in marks]
     wander = profile(rng, ys, 14, 400e-6, 3e-3)
@@ -50,10 +50,10 @@ def main(path):
             noise = rng.gauss(0, 1)
             rough = 0.62e-6 * mark + 0.11e-6 * along[j] + 0.05e-6 * noise
             tilt = 1.1e-3 * xs[i] - 0.6e-3 * ys[j]
-            form = -0.45 * xs[i] ** 2 + 0.2 * ys[j] ** 2  # m per m²: convex by 1.9 µm across
+            form = -0.45 * xs[i] ** 2 + 0.2 * ys[j] ** 2  # m per m²: convex by 1.9 µm across the map
             heights[i, j] = 12e-6 + rough + tilt + form
 
-    # Not measured: steep flanks that reflect away from the objective, in small clusters, and a speck of dust.
+    # Points without a measurement: small clusters on steep flanks that reflect light away from the objective, and a speck of dust.
     missing = set()
     for _ in range(45):
         i, j = rng.randrange(NX), rng.randrange(NY)
@@ -116,7 +116,7 @@ def main(path):
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
         for name, data in members:
             archive.writestr(zipfile.ZipInfo(name, (1980, 1, 1, 0, 0, 0)), data, zipfile.ZIP_DEFLATED, 9)
-    print(f"{path}: {NX} x {NY} points, {len(missing)} not measured")
+    print(f"{path}: {NX} x {NY} points, {len(missing)} without measurement")
 
 
 if __name__ == "__main__":

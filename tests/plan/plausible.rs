@@ -1,10 +1,11 @@
-//! Wrong by a thousand is caught: mistaken units, each named by its key, and no warning for what is shipped.
+//! Tests that the program detects values that are wrong by a factor of a thousand: it names the key of each mistaken unit, and does not
+//! warn about shipped scenes.
 
 use std::path::Path;
 
 use fretwear::scene::{Plan, load};
 
-/// Pipelines, and what a tired engineer typed. Each is wrong by a thousand.
+/// Pipelines, each with typical typing errors that change a value by a factor of a thousand.
 const MISTAKES: &[(&str, &[&str])] = &[
     (
         "hertz_fretting",
@@ -124,7 +125,7 @@ const MISTAKES: &[(&str, &[&str])] = &[
     ),
 ];
 
-/// By a thousand too, and only remarked: the scene may be meant so.
+/// Values that also differ by a factor of a thousand and only cause a note, because they may be intended.
 const MAY_BE_MEANT: &[(&str, &[&str])] = &[
     ("lap_joint", &["dynamics.force.amplitude=\"1 N\""]),
     ("prescribed_fretting", &["wear.cycles=10_000"]),
@@ -135,29 +136,29 @@ fn shipped(name: &str) -> std::path::PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("pipelines/{name}.toml"))
 }
 
-/// The page of the book that has them.
+/// Reference page with these mistakes.
 fn page(warned: &str, remarked: &str) -> String {
     format!(
-        "# Mistaken units\n\nAfter this page you know which mistakes the program finds before it computes, what it says of them, and which it cannot find.\n\n\
-         A unit that is mistaken is wrong by a thousand or more. `fretwear check`, `plan` and `run` look at figures by rules of thumb and warn by\n\
-         the name of the key where one is so far from any joint that a unit must be wrong; what cannot be computed at all is an error. A test makes\n\
-         each of the mistakes below in a shipped scene, all of them by exactly a thousand, and holds that no shipped scene is warned of without one.\n\
-         Right but unusual values (rubber, a lapped face, a hundredth of the load) are not warned of.\n\n\
-         | scene | mistake | what is said |\n|---|---|---|\n{warned}\n\
-         ## What may be meant\n\n\
-         Some values are wrong by a thousand in one scene and right in another. They have a `note` in place of a warning.\n\n\
-         | scene | value | what is said |\n|---|---|---|\n{remarked}\n\
-         ## What cannot be told\n\n\
-         - A number of cycles can be anything: a thousand times more only takes longer. Above 10\u{b9}\u{b2} cycles there is a warning.\n\
-         - A density is not used by a scene without `[structure]`, so that its unit does not matter there.\n\
-         - Tolerances, seeds, grids and other numbers without a unit.\n\
-         - Some warnings are of scenes that exist, and that the grid does not resolve or the model does not describe: a weight of 30 N on a plate\n  of 16 cm\u{b2} presses some two cells together.\n\
-         - An error by ten, or by less: joints differ by as much.\n\
-         - Scenes that differ much from the shipped ones leave more room: a mistake that turns an unusual scene into a usual one is not seen.\n"
+        "# Mistaken units\n\nThe program compares every scene with rules of thumb before it computes. A mistaken unit changes a value by a factor of a thousand or\n\
+         more. `fretwear check`, `plan` and `run` name the key of an implausible value in a warning, and reject values that cannot be computed.\n\
+         The tables list scenes of the sources in which one value is wrong by a factor of a thousand. This page is generated.\n\n\
+         ## Mistakes with an error or a warning\n\n\
+         | scene | mistake | message |\n|---|---|---|\n{warned}\n\
+         ## Mistakes with a note\n\n\
+         These values may be correct in another scene. `fretwear plan` prints a note, not a warning.\n\n\
+         | scene | value | message |\n|---|---|---|\n{remarked}\n\
+         ## Mistakes without a message\n\n\
+         - A wrong number of cycles only makes the run longer. The program warns above 10\u{b9}\u{b2} cycles.\n\
+         - A scene without `[structure]` does not use the density, so a wrong density has no effect.\n\
+         - The program cannot judge tolerances, seeds, grids and other numbers without a unit.\n\
+         - The program does not detect a value that is wrong by a factor of ten or less, because real joints differ by as much.\n\
+         - The program does not detect a mistake that turns an unusual scene into a usual one.\n\n\
+         Some warnings concern scenes that exist but that the grid does not resolve. For example, a load of 30 N on a plate of 16 cm\u{b2} presses\n\
+         about two cells together.\n"
     )
 }
 
-/// What is said of a scene: errors and warnings, and what is only remarked.
+/// Errors and warnings of a scene, and its notes.
 fn said_of(pipeline: &str, set: &str) -> [Vec<String>; 2] {
     match load(&shipped(pipeline), &[set.to_owned()]) {
         Err(error) => [vec![error.to_string()], Vec::new()],
@@ -171,21 +172,21 @@ fn said_of(pipeline: &str, set: &str) -> [Vec<String>; 2] {
     }
 }
 
-/// A pipeline with each of its mistakes.
+/// Each pipeline with each of its mistakes.
 fn each<'a>(mistakes: &'a [(&str, &[&str])]) -> impl Iterator<Item = (&'a str, &'a str)> + use<'a> {
     let of = |(pipeline, sets): &'a (&str, &[&str])| sets.iter().map(|set| (*pipeline, *set));
     mistakes.iter().flat_map(of)
 }
 
-/// A row a mistake; panics where its key is not named.
+/// One table row per mistake; panics if no message names the key.
 fn rows(mistakes: &[(&str, &[&str])], kind: usize) -> String {
     let (mut faults, mut rows) = (Vec::new(), String::new());
     for (pipeline, set) in each(mistakes) {
         let said = said_of(pipeline, set);
         let (key, _) = set.split_once('=').expect("a key");
-        // What is said of a force names all of it.
+        // Messages about a force name the whole force.
         let key = key.replace("force.amplitude", "force");
-        // The path of the file is that of this machine.
+        // The path of the file depends on the machine.
         let folder = format!("{}/pipelines/", env!("CARGO_MANIFEST_DIR"));
         match said[kind].iter().find(|text| text.contains(&key)) {
             Some(text) => {
@@ -202,19 +203,19 @@ fn rows(mistakes: &[(&str, &[&str])], kind: usize) -> String {
 #[test]
 fn a_mistaken_unit_is_named() {
     let page = page(&rows(MISTAKES, 0), &rows(MAY_BE_MEANT, 1));
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/mistakes.md");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/reference/mistaken_units.md");
     if std::env::var_os("FRETWEAR_REWRITE_PAGES").is_some() {
         std::fs::write(&path, &page).expect("written");
     }
     let kept = std::fs::read_to_string(&path).expect("a page");
-    assert_eq!(kept, page, "FRETWEAR_REWRITE_PAGES=1 writes it anew");
-    // Where it may be meant there is no warning.
+    assert_eq!(kept, page, "FRETWEAR_REWRITE_PAGES=1 writes the page again");
+    // Values that may be intended cause no warning.
     for (pipeline, set) in each(MAY_BE_MEANT) {
         assert_eq!(said_of(pipeline, set)[0], [""; 0], "{set}");
     }
 }
 
-/// Slip is taken to be small against a cell: a motion that is not is told so, also by `plan --json`.
+/// The contact model requires that slip is small compared with a cell: the program warns about a larger motion, also in `plan --json`.
 #[test]
 fn a_motion_beyond_a_cell_is_warned_of() {
     let [warnings, _] = said_of(
@@ -262,7 +263,7 @@ fn no_shipped_scene_is_warned_of_and_all_have_figures_to_look_at() {
     }
 }
 
-/// Values that are right, if unusual: rubber, a diamond tip, a lapped face, a motion that mostly sticks.
+/// Correct but unusual values: rubber, a diamond tip, a lapped face, a motion that mostly sticks.
 #[test]
 fn what_is_unusual_is_not_warned_of() {
     let unusual: [(&str, &[&[&str]]); 5] = [
@@ -330,7 +331,7 @@ fn what_is_unusual_is_not_warned_of() {
     }
 }
 
-/// A shipped scene whose lines are others, with what is said of it.
+/// Warnings or error of a shipped scene after the replacement of some of its lines.
 fn said_of_edited(pipeline: &str, edits: &[(&str, &str)], map: Option<&str>) -> Vec<String> {
     let folder = tempfile::tempdir().expect("a folder");
     let mut text = std::fs::read_to_string(shipped(pipeline)).expect("a scene");
@@ -350,7 +351,7 @@ fn said_of_edited(pipeline: &str, edits: &[(&str, &str)], map: Option<&str>) -> 
     }
 }
 
-/// What drives a joint other than the shipped scenes do, right and wrong by a thousand.
+/// Motions and loads other than in the shipped scenes, with correct values and with values that are wrong by a factor of a thousand.
 #[test]
 fn other_motions_and_loads_are_looked_at() {
     const AMPLITUDE: &str = "amplitude = [\"5 um\", \"0 um\"]";
@@ -414,7 +415,7 @@ fn other_motions_and_loads_are_looked_at() {
     );
 }
 
-/// A map of as many lines as `nx` and values a line as `ny`, rough enough that nothing else is said of it.
+/// Map with `nx` lines of `ny` values, rough enough to cause no other message.
 fn map_of(nx: usize, ny: usize) -> String {
     let height = |i: usize, j: usize| (1.3 * i as f64).sin() + (0.7 * (i * j) as f64).cos();
     let line = |i: usize| {
@@ -425,7 +426,7 @@ fn map_of(nx: usize, ny: usize) -> String {
     (0..nx).map(|i| line(i).join(",") + "\n").collect()
 }
 
-/// What is said of the spacing of such a map.
+/// Messages about the spacing of such a map.
 fn said_of_map(spacing: &str, nx: usize, ny: usize) -> Vec<String> {
     let line = format!("path = \"map.csv\"\nunit = \"um\"\n{spacing}");
     let edit = ("path = \"../data/ground_face.x3p\"", line.as_str());
@@ -434,12 +435,12 @@ fn said_of_map(spacing: &str, nx: usize, ny: usize) -> Vec<String> {
     said
 }
 
-/// A joint on few points of a map has no roughness of it, whoever says what their spacing is.
+/// A joint on few points of a map does not resolve its roughness, whether the scene or the map states the spacing.
 #[test]
 fn few_points_of_a_map_are_warned_of() {
     let few =
         "surface.spacing, joint.size: the number of points of the map along a side of the joint is";
-    // The joint has 4.096 x 2.304 mm.
+    // The joint has a size of 4.096 x 2.304 mm.
     let twice = said_of_map("spacing = [\"0.512 mm\", \"0.288 mm\"]", 12, 8);
     assert!(
         twice[0].starts_with(&format!("{few} 8 × 8, and should be at least 16")),
@@ -455,14 +456,18 @@ fn few_points_of_a_map_are_warned_of() {
     );
 }
 
-/// A map that states no spacing is taken to cover the joint: cells that are far from square hint at axes that are exchanged.
+/// A map without spacing is assumed to cover the joint: cells with a large aspect ratio suggest that its axes are exchanged.
 #[test]
 fn long_cells_of_a_map_without_spacing_are_warned_of() {
     let aspect =
         "surface.spacing, joint.size: the spacing of the map's points along x over that along y is";
-    // 4.096 over 2.304 mm is 16 over 9.
+    // 4.096 over 2.304 mm equals 16 over 9.
     assert_eq!(said_of_map("", 32, 18), [""; 0]);
-    assert_eq!(said_of_map("", 32, 36), [""; 0], "2 is not warned of");
+    assert_eq!(
+        said_of_map("", 32, 36),
+        [""; 0],
+        "an aspect ratio of 2 causes no warning"
+    );
     let exchanged = said_of_map("", 18, 32);
     assert!(
         exchanged[0].starts_with(&format!("{aspect} 3.16, and should be at most 2")),
