@@ -17,7 +17,7 @@ pub fn read(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
     // Checks the open file again, because the name may now belong to another file.
     check(&file.metadata()?, limit)?;
     let mut bytes = Vec::new();
-    // The file may grow while it is read.
+    // Reads at most one byte more than `limit`, because the file may grow during the read.
     file.take(limit.saturating_add(1)).read_to_end(&mut bytes)?;
     within(bytes.len() as u64, limit)?;
     Ok(bytes)

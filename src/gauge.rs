@@ -1,4 +1,5 @@
-//! Progress of a long computation, for an observer in another thread. No result depends on it.
+//! Progress of a long computation, for an observer in another thread. No result of the computation depends on the
+//! progress.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -17,7 +18,7 @@ struct Counts {
     omega: AtomicU64,
     /// Newton iterations of the harmonic balance.
     iterations: AtomicU64,
-    /// Highest harmonic of these iterations.
+    /// Highest harmonic order in the Newton iterations of the harmonic balance.
     highest: AtomicU64,
 }
 

@@ -1,7 +1,8 @@
-//! Regular grid of the joint, and the cells of it that belong to the joint.
+//! Regular grid of the joint, and the set of grid cells that belong to the joint.
 //!
-//! A field is a flat slice of `nx * ny` values, x slow and y fast: cell (i, j) is at `i * ny + j`. A module that takes
-//! a field also takes its [`Grid`] or [`Patch`]. Only the module `grid` depends on the order of the values in a field.
+//! A field is a flat slice of `nx * ny` values. Cell (i, j) has the index `i * ny + j`, so y varies fastest. A module
+//! that takes a field as input takes the [`Grid`] or the [`Patch`] of the field as well. Only the module `grid` depends
+//! on the order of the values in a field.
 
 use serde::{Deserialize, Serialize};
 
@@ -68,7 +69,8 @@ impl Grid {
     }
 }
 
-/// Grid, and the cells of it that belong to the joint. Other cells (the bolt hole) carry no load and have no surface.
+/// Grid with the set of grid cells that belong to the joint. Other cells (the bolt hole) carry no load and have no
+/// surface.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Patch {
     /// The grid.
@@ -138,7 +140,7 @@ impl Patch {
         cells.filter(|(_, kept)| **kept).map(|(v, _)| *v).collect()
     }
 
-    /// Returns the field that has these values on the cells of the joint, and 0 elsewhere.
+    /// Returns the field with the values `values` on the cells of the joint, and 0 on all other cells.
     pub fn scatter(&self, values: &[f64]) -> Vec<f64> {
         let mut values = values.iter().copied();
         let value = |kept: &bool| match kept {

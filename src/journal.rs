@@ -1,27 +1,28 @@
 //! Journal of the results of costly calls, in the order of the calls. An interrupted computation that repeats
 //! the same calls reads the results from the journal, and continues bit by bit the same.
 //!
-//! A result is only reused for equal inputs. Each result is stored with a hash of its inputs, and the first
-//! call with other inputs ends the reading. The numerics do not know where results are stored.
+//! A result is only reused for equal inputs. Each result is stored with a hash of its inputs, and the journal stops
+//! reading at the first call with other inputs. The numerics do not know where results are stored.
 
 use std::collections::VecDeque;
 use std::fmt;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-/// Time whose results a sudden end of a run may lose: results within this interval are stored together.
+/// Interval within which the journal collects results before it stores them together. A sudden end of a run may lose
+/// the results of one interval.
 pub const INTERVAL: Duration = Duration::from_millis(500);
 /// Bytes of a hash.
 const HASH: usize = 32;
 /// Bytes before a result: the hash of its inputs, and the length of the result.
 const HEAD: usize = HASH + 8;
 
-/// Function that stores some results. The function returns false if it cannot store the results, and is then not called
-/// again.
+/// Function that stores some results of the journal. The function returns false if it cannot store the results. After
+/// the function returns false, the journal does not call the function again.
 pub type Keep = Box<dyn FnMut(&[u8]) -> bool + Send>;
 
-/// Results of an earlier start, and storage for the results of this start. Clones share the journal. A closed journal
-/// does nothing.
+/// Store for the results of a run. A restart reads the results of the earlier start and adds new results. Clones share
+/// the journal. A closed journal does nothing.
 #[derive(Clone, Default)]
 pub struct Journal(Arc<Mutex<JournalContent>>);
 
@@ -42,9 +43,9 @@ impl fmt::Debug for Journal {
 }
 
 impl Journal {
-    /// Opens the journal. `kept` contains the stored bytes of an earlier start, and the function `keep` stores the
-    /// results of this start. Reading stops at the first invalid bytes. Results within an `interval` are stored
-    /// together. Returns the number of results in `kept`.
+    /// Opens the journal. `kept` contains the bytes that an earlier start of the run stored. The function `keep` stores
+    /// the results of the present start of the run. Reading stops at the first invalid bytes. Results within an
+    /// `interval` are stored together. Returns the number of results in `kept`.
     pub fn open(&self, kept: &[u8], interval: Duration, keep: Keep) -> usize {
         let kept = results(kept);
         let count = kept.len();
@@ -58,20 +59,20 @@ impl Journal {
         count
     }
 
-    /// Closes the journal and drops its content.
+    /// Closes the journal and drops the content of the journal.
     pub fn close(&self) {
         *self.pages() = JournalContent::default();
     }
 
-    /// Returns the stored result of the next call if it was computed from these inputs. If the inputs differ, the
-    /// stored results belong to another computation, and `reuse` closes the journal.
+    /// Returns the next stored result if an earlier start of the run computed the result from the same `inputs`. If the
+    /// inputs differ, the stored results belong to another computation, and `reuse` closes the journal.
     pub fn reuse(&self, inputs: &Inputs) -> Option<Vec<u8>> {
         let mut pages = self.pages();
         let (hash, result) = pages.kept.pop_front()?;
         if hash == inputs.hash() {
             return Some(result);
         }
-        // More results follow the rejected result on the disk, so that nothing may be appended to these results.
+        // Further results follow the rejected result on the disk, so the journal must not append new results.
         *pages = JournalContent::default();
         None
     }

@@ -7,7 +7,7 @@ use std::fmt;
 /// A key whose value differs between two JSON objects.
 #[derive(Debug, Clone, PartialEq)]
 pub struct KeyChange {
-    /// The key with its parents: `wear.cycles`.
+    /// The key with its parent keys, joined by dots, for example `wear.cycles`.
     pub key: String,
     /// Value before, or `None` if the key was absent.
     pub before: Option<Value>,
@@ -59,8 +59,8 @@ pub fn hash(value: &Value) -> String {
         .to_string()
 }
 
-/// Returns every value of nested objects under its dotted key. Arrays count as values. Empty objects also do, because
-/// their presence has a meaning.
+/// Returns every value of nested objects under its dotted key. Arrays count as values. Empty objects count as values,
+/// because the presence of an empty object has a meaning.
 pub fn flatten(value: &Value) -> BTreeMap<String, Value> {
     fn walk(prefix: &str, value: &Value, into: &mut BTreeMap<String, Value>) {
         match value {
@@ -101,7 +101,8 @@ pub fn differences(before: &Value, after: &Value) -> Vec<KeyChange> {
         .collect()
 }
 
-/// Returns the value after writing and reading it. Reading a float may change its last digit.
+/// Writes `value` as JSON and returns the value that the reader reads from the JSON. The reader may change the last
+/// digit of a float.
 pub fn as_read(value: &Value) -> Value {
     serde_json::from_str(&canonical(value)).unwrap_or_else(|_| value.clone())
 }

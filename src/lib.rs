@@ -1,14 +1,13 @@
 //! Fretting wear of rough joints over millions of vibration cycles.
 //!
-//! The numerics ([`contact`], [`dynamics`], [`model_update`], [`surface`], [`structure`], [`wear`],
-//! [`mod@reference`]) do not depend on files, scenes or the terminal.
-//! [`scene`] is the input of the user, [`tables`] and [`store`] define the files of a run, and [`stages`] connects
-//! them.
+//! The numerical modules do not depend on files, scenes or the terminal. The numerical modules are [`contact`],
+//! [`dynamics`], [`model_update`], [`surface`], [`structure`], [`wear`] and [`mod@reference`]. [`scene`] is the input
+//! of the user, [`tables`] and [`store`] define the files of a run, and [`stages`] connects them.
 //!
 //! # Notation
 //!
-//! All quantities are in SI units. x runs along the first index `i` of a grid and y along the second index `j`.
-//! Fields are stored row by row, `c = i·ny + j`.
+//! All quantities are in SI units. The index `i` of a grid cell counts along x. The index `j` counts along y. Fields
+//! are stored row by row, `c = i·ny + j`.
 //!
 //! | symbol | in the code | unit | meaning and sign | source |
 //! |---|---|---|---|---|

@@ -1,10 +1,10 @@
 //! All text output of the program: results go to stdout, and everything else goes to stderr.
 //!
-//! Titles, keys, file names and texts inside files come from others. Control characters in them are shown as visible
-//! text, so that the terminal does not execute them.
+//! Titles, keys, file names and texts in files can contain control characters. fretwear prints control characters as
+//! visible text, so that the terminal does not execute the control characters.
 //!
-//! A run appends the messages about it to `log.txt`, each line with its time. The program never reads the log, and a
-//! log that cannot be written changes nothing.
+//! A run appends the messages about the run to `log.txt`, each line with the time. The program never reads the log, and
+//! a log that cannot be written changes nothing.
 
 use std::fmt::Arguments;
 use std::fs::{self, File, OpenOptions};
@@ -19,8 +19,8 @@ use fretwear::store::{Layout, date};
 use fretwear::report::{escape_controls, is_control};
 use serde_json::Value;
 
-/// Writes one line to stderr and to the log. Errors are ignored: a command must finish its work even if nobody reads
-/// stderr or the disk of the log is full.
+/// Writes one line to stderr and to the log. `say` ignores errors of writing. A command must finish its work even if
+/// stderr is closed or the disk is full.
 pub fn say(text: &str) {
     let _ = io::stderr().write_all(format!("{}\n", escape_controls(text)).as_bytes());
     note(text);
@@ -107,7 +107,8 @@ fn terminal_width() -> Option<usize> {
     None
 }
 
-/// Wraps a text into lines of at most `width` characters between words. A longer word gets its own line.
+/// Wraps a text into lines of at most `width` characters between words. A word that is longer than `width` fills a line
+/// alone.
 pub fn wrapped(text: &str, width: usize) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in text.split(' ') {
@@ -135,7 +136,7 @@ pub struct Results {
 }
 
 impl Results {
-    /// Writes formatted text. The macros `write!` and `writeln!` call this method.
+    /// Writes formatted text. The macros `write!` and `writeln!` call `write_fmt`.
     pub fn write_fmt(&mut self, text: Arguments) {
         let text = text.to_string();
         note(&text);

@@ -1,5 +1,5 @@
-//! Work on several threads. Results do not depend on the number of threads: each part is computed
-//! independently, and the parts are combined in their order.
+//! Work on several threads. The results do not depend on the number of threads. Each part of the work is computed
+//! independently of the other parts. The results of the parts are combined in a fixed order.
 
 use std::fmt;
 use std::sync::Arc;

@@ -1,9 +1,9 @@
-//! Parser of quantities such as `"30 kN"` or `"2e3 um^3/J"` into SI numbers.
+//! Converts texts of quantities, such as `"30 kN"` or `"2e3 um^3/J"`, to numbers in SI units.
 //!
-//! A unit is a product or quotient of powers of prefixed units. The parser compares its dimension with the expected
-//! one, and so rejects a pressure where a force is due. Scaling by powers of ten is exact: it shifts the decimal
-//! exponent of the text before the number is rounded to `f64`. By this exact scaling, `"5 um"` and `"0.005 mm"` are the
-//! same number, bit for bit.
+//! A unit is a product or quotient of powers of prefixed units. The parser rejects a unit whose dimension differs from
+//! the expected dimension, for example a pressure instead of a force. The scaling by powers of ten is exact. The parser
+//! shifts the decimal exponent of the text and then rounds the number to `f64`. Because the scaling is exact, `"5 um"`
+//! and `"0.005 mm"` give the same number, bit for bit.
 //!
 //! ```
 //! use fretwear::units::{Dimension, parse};
@@ -25,8 +25,9 @@ use expression::Scale;
 
 /// Exponents of the base units of a quantity.
 ///
-/// SI counts the radian as 1. In `Dimension` the radian has its own exponent, so that a bare `90` is rejected as an
-/// angle (degrees or radians?), and `"0.6 deg"` is rejected as a friction coefficient.
+/// SI counts the radian as 1. `Dimension` has an exponent for the radian. The exponent of the radian distinguishes
+/// angles from numbers without a unit. The parser rejects the angle `90`, because the angle can be in degrees or
+/// radians. The parser rejects the friction coefficient `"0.6 deg"`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Dimension {
     /// Exponent of the metre.
@@ -193,8 +194,8 @@ impl Dimension {
         NAMED.iter().find(|named| named.dimension == self)
     }
 
-    /// Returns the units that messages suggest for this dimension. The list is empty for a plain number and for a
-    /// dimension without a name.
+    /// Returns the units that error messages suggest for the dimension, such as `N` for a force. The list of units is
+    /// empty for a plain number and for a dimension without a name.
     pub fn units(self) -> &'static [&'static str] {
         self.named().map_or(&[], |named| named.units)
     }
@@ -208,8 +209,8 @@ impl Dimension {
         }
     }
 
-    /// Says which quantity is expected, with examples. The examples use `number` if it is given, so that the reader can
-    /// copy them.
+    /// Returns a text with the expected quantity and examples. If `number` is given, the examples contain `number`, so
+    /// that the user can copy an example.
     fn expectation(self, number: Option<&str>) -> String {
         let Some(named) = self.named() else {
             return format!("{self} is wanted");
@@ -231,7 +232,8 @@ impl Dimension {
     }
 }
 
-/// Writes the name of the dimension (`a force`) or, if it has no name, its base units (`a quantity in m^2 s^-1`).
+/// Writes the name of the dimension, for example `a force`. For a dimension without a name, `fmt` writes the base
+/// units, for example `a quantity in m^2 s^-1`.
 impl fmt::Display for Dimension {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if let Some(named) = self.named() {
@@ -257,7 +259,7 @@ impl fmt::Display for Dimension {
 /// Error for a text that is not the expected quantity.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct UnitError {
-    /// Text as the user wrote it.
+    /// Text of the rejected quantity, as the user wrote the text.
     pub text: String,
     /// Expected dimension.
     pub expected: Dimension,
@@ -274,7 +276,7 @@ pub enum UnitProblem {
     /// The text does not begin with a number.
     #[error("does not start with a number")]
     NoNumber,
-    /// The number is NaN, infinite, or too large for `f64`.
+    /// The number of the quantity is NaN, infinite, or too large for `f64`.
     #[error("is not a finite number")]
     NotFinite,
     /// The number has a decimal comma.
@@ -301,7 +303,7 @@ pub enum UnitProblem {
     Customary {
         /// The unit as written.
         unit: &'static str,
-        /// SI value of one such unit.
+        /// Value of one customary unit in SI units.
         worth: &'static str,
     },
     /// The quantity has another dimension.
@@ -342,14 +344,15 @@ impl fmt::Display for UnitError {
     }
 }
 
-/// Range of absolute values that the program computes with, in SI units. Beyond it, cubes of numbers and differences of
-/// such cubes may overflow or vanish.
+/// Range of absolute values that the program computes with, in SI units. If a number lies outside `COMPUTABLE_RANGE`,
+/// the cube of the number and differences of such cubes may overflow or vanish.
 pub const COMPUTABLE_RANGE: std::ops::RangeInclusive<f64> = 1e-60..=1e60;
 
-/// Parses a text such as `"30 kN"`, whose dimension must be `expected`, and returns its SI value.
+/// Parses a quantity such as `"30 kN"` and returns the value of the quantity in SI units. The quantity must have the
+/// dimension `expected`.
 ///
 /// # Errors
-/// Returns a [`UnitError`] that states what is wrong with the text and which quantity is expected.
+/// Returns a [`UnitError`] that states the error in the text and the expected quantity.
 pub fn parse(text: &str, expected: Dimension) -> Result<f64, UnitError> {
     let unit_error = |problem| UnitError {
         text: text.to_owned(),
@@ -393,7 +396,8 @@ pub fn parse_any(text: &str) -> Result<(f64, Dimension), UnitProblem> {
     Ok((value, dimension))
 }
 
-/// Returns the SI value of one unit, such as 1e-6 for `"um"`, or of a multiple, such as 0.0254 for `"25.4 mm"`.
+/// Converts a unit or a multiple of a unit to a number in SI units. The text `"um"` gives 1e-6, and `"25.4 mm"` gives
+/// 0.0254.
 ///
 /// # Errors
 /// `parse_unit` returns the same errors as [`parse`], and an error for a value that is not positive.
@@ -417,8 +421,8 @@ pub fn parse_unit(text: &str, expected: Dimension) -> Result<f64, UnitError> {
     }
 }
 
-/// Returns whether the unit of a text contains a force or a pressure, as in `"2e-8 mm^3/(N mm)"`. The unit of such a
-/// wear coefficient does not tell which wear law it belongs to.
+/// Returns whether the unit of a text contains a force or a pressure, as in `"2e-8 mm^3/(N mm)"`. The wear law of a
+/// wear coefficient is ambiguous if the unit of the coefficient contains a force or a pressure.
 pub fn has_force(text: &str) -> bool {
     let is_force_unit = |name: &str| {
         ["N", "Nm", "Pa", "bar"]
@@ -428,7 +432,8 @@ pub fn has_force(text: &str) -> bool {
     text.split(|c: char| !c.is_alphabetic()).any(is_force_unit)
 }
 
-/// Checks a number without a unit. Returns it if a pure number is expected, and an error otherwise.
+/// Checks a number without a unit. Returns the number if `expected` is the dimension of a pure number, and an error
+/// otherwise.
 ///
 /// # Errors
 /// `from_number` returns the same errors as [`parse`].
@@ -454,12 +459,13 @@ struct Decimal {
     exponent: i64,
 }
 
-/// Largest exponent that the parser keeps. Larger ones are cut to it to avoid overflow. With either exponent the number
-/// is 0 or infinite, unless its mantissa is absurdly long.
+/// Largest exponent that the parser keeps. The parser reduces larger exponents to `LARGEST_EXPONENT` to avoid overflow.
+/// The reduced exponent gives the same number as the original exponent: 0 or infinity. Only a mantissa of about a
+/// million digits gives a different number.
 const LARGEST_EXPONENT: i64 = 1_000_000;
 
 impl Decimal {
-    /// Splits a text into its leading number and the rest.
+    /// Splits a text into the number at the beginning and the rest of the text.
     fn split(text: &str) -> Result<(Self, &str), UnitProblem> {
         if text.is_empty() {
             return Err(UnitProblem::Empty);

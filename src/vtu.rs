@@ -1,5 +1,6 @@
-//! Export of a joint and its structure as unstructured grids of VTK, for ParaView. Lengths are in metres from
-//! the middle of the joint. x and y are in the contact plane, z points from the lower body to the upper.
+//! Exports a joint, and the structure that contains the joint, as unstructured grids of VTK for ParaView. Lengths are
+//! in metres from the middle of the joint. The axes x and y are in the contact plane, and z points from the lower body
+//! to the upper body.
 
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -44,8 +45,8 @@ pub struct UnstructuredGrid {
 }
 
 impl UnstructuredGrid {
-    /// Creates the cells of a joint as rectangles in the contact plane, with all per-cell figures of these
-    /// tables. A cell without a row in a table has NaN.
+    /// Creates a grid with one rectangle in the contact plane per cell of a joint. Each rectangle has all per-cell
+    /// values of `tables`. If a table has no row for a cell, the values of the cell are NaN.
     pub fn joint(patch: &Patch, tables: &[Table]) -> Self {
         let grid = patch.grid;
         let mut joint_grid = UnstructuredGrid {
@@ -81,9 +82,10 @@ impl UnstructuredGrid {
         joint_grid
     }
 
-    /// Creates contact elements as points in the contact plane, with their parameters and the harmonics of
-    /// their response. `1_cosine` and `1_sine` are the displacements of the upper body relative to the lower
-    /// along x, y and z that belong to the cosine and the sine of the first harmonic.
+    /// Creates contact elements as points in the contact plane, with their parameters and the harmonics of their
+    /// response. `1_cosine` is the coefficient of the cosine of the first harmonic, and `1_sine` is the coefficient of
+    /// the sine of the first harmonic. Both coefficients are displacements of the upper body relative to the lower body
+    /// along x, y and z.
     pub fn contact_elements(
         elements: &typed::ContactElement,
         response: Option<&typed::Response>,

@@ -25,7 +25,8 @@ const NAME: &str = "collected";
 pub(super) const INDEX: &str = "index";
 /// Column with the number of the wear iteration.
 pub(super) const WEAR_ITERATION: &str = "wear_iteration";
-/// Number of rows at which a shard is written. About a hundred columns of this length fit into 100 MB.
+/// Number of rows at which a shard is written. A shard with `ROWS_OF_A_SHARD` rows and about a hundred columns takes
+/// about 100 MB.
 const ROWS_OF_A_SHARD: usize = 1 << 17;
 /// Largest number of rows that is read from a shard. The limit exceeds [`ROWS_OF_A_SHARD`] because the history of a
 /// single run may have more rows than a shard.
@@ -38,11 +39,11 @@ const AT_ONCE: usize = 64;
 /// Result of a collection.
 #[derive(Debug, Default)]
 pub struct CollectionSummary {
-    /// Number of runs that this collection added.
+    /// Number of runs that `collect` has added to the shards.
     pub runs: usize,
     /// Number of runs in all shards, old and new.
     pub total: usize,
-    /// Shards that this collection wrote.
+    /// Paths of the shards that `collect` has written.
     pub shards: Vec<PathBuf>,
     /// Damaged histories, each with the damage.
     pub damaged: Vec<(PathBuf, String)>,
@@ -54,9 +55,9 @@ pub struct CollectionSummary {
 #[derive(Debug, Serialize, Deserialize)]
 struct Entry {
     schema: String,
-    /// Ranges of row indices, including both ends.
+    /// Ranges of the row indices in the shard, including both ends.
     runs: Vec<[usize; 2]>,
-    /// Hash of the content keys of these rows.
+    /// Hash of the content keys of the rows in the shard.
     content: String,
 }
 
@@ -80,7 +81,7 @@ fn shard_error(path: &Path, reason: impl ToString) -> CampaignError {
     }
 }
 
-/// Returns the ranges of row indices in a shard, and checks that they belong to this campaign.
+/// Returns the ranges of row indices in a shard, and checks that the rows of the shard belong to `campaign`.
 fn shard_ranges(
     bytes: &[u8],
     shard: &Path,

@@ -15,8 +15,8 @@
 //! ```
 //!
 //! The rows are all combinations of the points of `[grid]`, `[list]` and `[random]`. `[grid]` varies slowest and
-//! `[random]` fastest. The draws of `[random]` are the same at every point of the other sections, so differences
-//! between points are not due to chance.
+//! `[random]` fastest. Every point of `[grid]` and `[list]` uses the same draws of `[random]`. The equal draws exclude
+//! that chance causes differences between points of `[grid]` or `[list]`.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -39,10 +39,11 @@ pub const MOST_ROWS: usize = 1_000_000;
 const MOST_SOBOL: usize = 1 << 16;
 /// Largest number of dimensions of the Sobol sequence, a limit of `sobol_burley`.
 const SOBOL_KEYS: usize = sobol_burley::NUM_DIMENSIONS as usize;
-/// Half the spacing of the numbers of `sobol_burley`. The program adds it so that no number is 0.
+/// Half the spacing of the numbers of `sobol_burley`. The program adds half the spacing to each number, so that no
+/// number is 0.
 const HALF_STEP: f64 = 1.0 / (1_u64 << 25) as f64;
 
-/// A key and its value in a row.
+/// Key of a scene, and the value of the key in a row of the campaign.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Setting {
     /// Key of the scene.
@@ -55,7 +56,7 @@ impl Setting {
     /// Returns the setting as an argument of `--set`.
     pub fn text(&self) -> String {
         match &self.value {
-            // Debug format: it writes 1e-17, where Display writes all zeros.
+            // The Debug format writes small numbers like 1e-17 with an exponent. The Display format writes their zeros.
             Value::Float(number) => format!("{}={number:?}", self.key),
             value => format!("{}={value}", self.key),
         }
@@ -427,8 +428,8 @@ impl Definition {
         listed.chain(drawn.map(|(key, _)| key))
     }
 
-    /// Returns the sections that vary independently, the slowest first: each key of the grid, the list, the draws. The
-    /// rows are all combinations of their points.
+    /// Returns the sections of the campaign: one section per key of the grid, then the list, then the random draws. The
+    /// rows are all combinations of the points of the sections. The first section varies slowest.
     pub fn sections(&self) -> Vec<Section> {
         let grid = self.grid.iter().map(|(key, values)| Section {
             points: values.len(),
@@ -499,7 +500,8 @@ impl Random {
             };
             return (0..self.n as u32).map(point).collect();
         }
-        // Build the generator's key here. The library's expansion of a seed may change between versions.
+        // Build the key of the random generator from the seed directly. The library's own expansion of a seed may
+        // change between versions.
         let mut key = [0; 32];
         key[..4].copy_from_slice(&self.seed.to_le_bytes());
         let mut generator = ChaCha12Rng::from_seed(key);

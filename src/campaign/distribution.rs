@@ -1,7 +1,7 @@
 //! Distributions of a key. Each maps a number between 0 and 1 to a value.
 //!
-//! Each distribution is sampled by its inverse distribution function, so the values keep the even spread of a Sobol
-//! sequence.
+//! The inverse distribution function maps the numbers of a Sobol sequence to values. The values keep the even spread of
+//! the Sobol sequence.
 
 use statrs::distribution::{ContinuousCDF, Normal, Triangular};
 use toml::{Table, Value};
@@ -58,7 +58,7 @@ const KINDS: [(&str, &[&str], &[&str]); 7] = [
 /// Smallest probability between the bounds. With less, the inverse would lose most digits.
 const LEAST_MASS: f64 = 1e-9;
 
-/// Whole numbers up to this are exact as floating-point values.
+/// Largest whole number up to which a floating-point value represents every whole number exactly.
 const MOST_INTEGER: i64 = 1 << 53;
 
 impl Distribution {

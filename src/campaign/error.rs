@@ -33,9 +33,9 @@ pub enum CampaignError {
     Value {
         /// The file.
         path: PathBuf,
-        /// The key in it.
+        /// Key in the campaign file.
         key: String,
-        /// Its value.
+        /// Value of the key.
         value: String,
         /// Advice: the expected value.
         instead: String,
@@ -91,7 +91,7 @@ pub enum CampaignError {
         /// Present plan.
         now: String,
     },
-    /// The folder keeps its runs in another way.
+    /// The existing campaign folder and the campaign file have different values of `keep`.
     #[error(
         "{} keeps {}, but the campaign file now says {}: existing tables would be removed or are missing; give another --dir",
         path.display(), keep_description(*before), keep_description(*now)
@@ -112,9 +112,9 @@ pub enum CampaignError {
     OtherLayout {
         /// The folder.
         path: PathBuf,
-        /// Number of its layout.
+        /// Number of the campaign's layout.
         found: u64,
-        /// Version of the program that planned it.
+        /// Version of the program that planned the campaign.
         program_version: String,
     },
     /// A file of a campaign is damaged.
@@ -125,7 +125,7 @@ pub enum CampaignError {
         /// Message: the damage, and advice.
         reason: String,
     },
-    /// The campaign has no such row.
+    /// The campaign has no row with the index that `--index` gives.
     #[error("--index {asked}: {} has the rows 0 to {last}", path.display())]
     NoRow {
         /// The folder.

@@ -12,7 +12,7 @@ use super::statistics::{
 use super::table::Campaign;
 use crate::tables::{Nullable, Table, TableError, TableName};
 
-/// Columns that are reported if the runs have them.
+/// Columns of the figures. The findings report each of these figures that the runs have.
 pub const FIGURES: [&str; 16] = [
     "wear_volume",
     "largest_depth",
@@ -36,15 +36,17 @@ const CYCLES: &str = "cycles";
 /// Number of points of a band over the cycles, without the point at 0. The points are evenly spaced in the logarithm,
 /// as wear is.
 const POINTS: usize = 32;
-/// A band has a point if at least this share of the runs has reached it.
+/// Smallest share of the runs that must reach a point of a band. If fewer runs reach the point, the band excludes the
+/// point.
 const LEAST_PART: f64 = 0.5;
 
-/// Statistics of a figure over the runs that have it.
+/// Statistics of a figure over all runs that have the figure.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Figure {
     /// Name of the column.
     pub name: &'static str,
-    /// Value at the end of every run, in the order of [`CollectedRuns::rows`]. `None` for a run without this figure.
+    /// Value at the end of every run, in the order of [`CollectedRuns::rows`]. The value is `None` for a run that lacks
+    /// the figure.
     pub ends: Vec<Option<f64>>,
     /// Statistics of `ends`.
     pub statistics: SampleStatistics,
@@ -83,7 +85,7 @@ pub struct Findings {
     pub runs: CollectedRuns,
     /// Figures that the runs have.
     pub figures: Vec<Figure>,
-    /// Sensitivity of every figure that varies to every key that varies.
+    /// Sensitivity of each varying figure to each varying key.
     pub sensitivities: Vec<Sensitivity>,
 }
 
@@ -255,8 +257,9 @@ impl Findings {
     }
 }
 
-/// Returns the numbers of cycles at which bands are computed: 0, then from the median of the first steps to the longest
-/// run. Empty without wear.
+/// Returns the numbers of cycles at which the bands are computed. A band begins at 0 cycles. The other points extend
+/// from the median of the first steps of the runs to the end of the longest run. Without wear, the function returns an
+/// empty list.
 fn grid(ends: &[Option<f64>], firsts: impl Iterator<Item = f64>) -> Vec<f64> {
     let mut firsts: Vec<f64> = firsts.filter(|first| *first > 0.0).collect();
     firsts.sort_by(f64::total_cmp);
@@ -282,15 +285,16 @@ fn band(courses: &[Vec<[f64; 2]>], grid: &[f64], count: usize) -> Vec<(f64, Samp
     grid.iter().filter_map(point).collect()
 }
 
-/// A figure varies only by rounding if its range is less than this share of its mean.
+/// Smallest ratio of a figure's range to its mean. With a smaller ratio, the figure varies only by rounding.
 const SMALLEST_VARIATION: f64 = 1e-9;
 /// Smallest share of a crossing that must be complete for an estimate.
 const LEAST_WHOLE: f64 = 0.5;
 
-/// Rows of a campaign, arranged by the points p of one section and the points q of the other sections.
+/// Table of the row indices of a campaign. Each line belongs to a point p of one section. Each column belongs to a
+/// point q of the other sections.
 struct Crossing {
-    /// `rows[p][q]`: row indices. If q is a draw, `rows[p][q]` contains several rows for the points of further
-    /// sections, and [`Crossing::whole`] averages these rows.
+    /// `rows[p][q]`: row indices. If q is a random draw, `rows[p][q]` contains a row for each point of the remaining
+    /// sections. [`Crossing::whole`] averages the rows in `rows[p][q]`.
     rows: Vec<Vec<Vec<usize>>>,
 }
 
@@ -300,7 +304,7 @@ struct Crossed {
     rows: Vec<usize>,
     /// `y[p][q]`.
     y: Vec<Vec<f64>>,
-    /// Variance of all runs in this part.
+    /// Variance of the figure over all runs in the complete part of the crossing.
     whole: f64,
 }
 
@@ -345,7 +349,8 @@ impl Crossing {
         Some(Crossing { rows: crossing })
     }
 
-    /// Returns the complete part of the crossing. If some runs lack the figure, the draws of these runs are left out.
+    /// Returns the complete part of the crossing. If a run lacks the figure, `whole` omits all runs of the same random
+    /// draw.
     fn whole(&self, y: &BTreeMap<usize, f64>, is_random: bool) -> Option<Crossed> {
         let (points, columns) = (self.rows.len(), self.rows.first()?.len());
         let mean = |rows: &[usize]| -> Option<f64> {
@@ -393,7 +398,7 @@ impl Crossing {
 
 /// Returns the numbers of a key at some rows. Returns `None` if a value is a text, or if the key is a seed.
 fn numbers_at(campaign: &Campaign, k: usize, rows: &[usize]) -> Option<Vec<f64>> {
-    // A seed is a label: its size has no meaning.
+    // Treat a seed as a name, because the size of a seed has no meaning.
     let is_name = campaign.keys[k].name.ends_with("seed");
     let x: Option<Vec<f64>> = (rows.iter())
         .map(|row| campaign.rows[*row].values[k].number())

@@ -39,7 +39,7 @@ pub enum KeepRuns {
 pub struct Section {
     /// Number of points.
     pub points: usize,
-    /// Keys that vary in this section.
+    /// Keys of the scene that vary in the section.
     pub keys: Vec<String>,
     /// True if the points are drawn at random.
     pub is_random: bool,
@@ -69,14 +69,14 @@ pub struct StoredCampaign {
     pub keep: KeepRuns,
     /// Sections, the slowest first.
     pub sections: Vec<Section>,
-    /// Number of planned rows. With `content`, the hash of their content keys, it identifies the table of this
-    /// campaign.
+    /// Number of planned rows. The number of rows and `content`, the hash of the rows' content keys, identify the table
+    /// of the campaign.
     pub(super) rows: usize,
     content: String,
 }
 
 impl StoredCampaign {
-    /// Describes a campaign that is planned with this version of the program.
+    /// Creates the description of a campaign that the present version of the program plans.
     pub fn new(
         title: String,
         scene_name: String,
@@ -127,7 +127,7 @@ pub(super) fn io_error<'a>(
 }
 
 impl CampaignFolder {
-    /// Names a folder without accessing it.
+    /// Creates a `CampaignFolder` for the path `root` without access to the disk.
     pub fn at(files: Arc<dyn FileSystem>, root: &Path) -> CampaignFolder {
         CampaignFolder {
             root: root.to_owned(),
@@ -375,7 +375,7 @@ impl CampaignFolder {
             });
         }
         if let Some(planned) = planned {
-            // Check this also if the table is missing: the results of the rows may still exist.
+            // Compare the campaigns even if the table is missing, because results of the old rows may still exist.
             if !planned.matches_campaign(campaign) {
                 let before = format!("one of {} rows with other content", planned.rows);
                 return Err(changed(0, before, "different".to_owned()));
@@ -390,7 +390,7 @@ impl CampaignFolder {
         let path = root.join(ABOUT);
         self.replace(&path, &bytes.map_err(io_error("write", &path))?)?;
         self.replace(&root.join(WRITTEN), written.as_bytes())?;
-        // Write the table last: without it, the folder is not yet a campaign.
+        // Write the table last, because a folder becomes a campaign only with the table.
         let path = root.join(TABLE);
         let bytes = campaign.to_bytes().map_err(|source| CampaignError::Table {
             path: path.clone(),

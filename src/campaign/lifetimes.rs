@@ -30,14 +30,15 @@ pub struct Histories {
 pub struct Lifetimes {
     /// Keys of the point, each with its value.
     pub keys: Vec<(String, String)>,
-    /// Number of runs that have this figure.
+    /// Number of runs at the point that have the figure of the milestone.
     pub runs: usize,
-    /// Number of these runs that reach the milestone, by the nominal value.
+    /// Number of runs at the point whose nominal value reaches the milestone.
     pub passed: usize,
-    /// Largest number of cycles of these runs.
+    /// Largest number of cycles of the runs at the point.
     pub end: f64,
-    /// Share of the runs that reach the milestone within `end` cycles: by the latest, the nominal and the earliest
-    /// crossing of the error bars.
+    /// Shares of the runs that reach the milestone within `end` cycles. The first share uses the latest crossing of
+    /// each run, the second share the nominal crossing, the third share the earliest crossing. The error bars of a run
+    /// determine the latest and the earliest crossing of the run.
     pub share_within: [f64; 3],
     /// Quantiles of the earliest crossings. `latest` has the quantiles of the latest crossings.
     pub earliest: Vec<Quantile>,

@@ -12,10 +12,10 @@
 //!   lock                          lock of the single planner or collector
 //! ```
 //!
-//! A row runs from the content of the folder, so a later change of the scene or the campaign file changes no row. The
-//! names of the existing files give the state of a row; counting states opens no file. Queues, retries and placement
-//! are the task of the program that starts rows (a shell, Slurm, HyperQueue). The lock of a row keeps two processes
-//! from computing it at the same time.
+//! A process computes a row from the files in the campaign folder. A later change of the original scene or campaign
+//! file does not change the rows. The names of the existing files give the state of a row; counting states opens no
+//! file. A shell, Slurm or HyperQueue starts the rows. The starting program queues the rows, chooses the machines, and
+//! retries failed rows. The lock of a row keeps two processes from computing it at the same time.
 //!
 //! [`Definition`] reads a campaign file and returns the settings of every row, including [random draws](definition).
 //! The command line resolves each row to a scene. [`CampaignFolder`] stores the rows; [`collect`](CampaignFolder::collect) and

@@ -1,4 +1,4 @@
-//! Rows of a campaign in its folder: their locks and their states.
+//! Locks and states of the rows in a campaign folder.
 
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -40,9 +40,10 @@ pub enum State {
 pub struct Failure {
     /// Date and time of the failure.
     pub when: String,
-    /// The reason, as it was printed.
+    /// Reason of the failure, as the program printed the reason.
     pub message: String,
-    /// True if the next start tries the row again: the cause was the machine, the disk, or a file that the scene names.
+    /// True if the next start computes the row again. Only failures of the machine, of the disk, or of a file that the
+    /// scene names permit a retry.
     pub again: bool,
     /// Exit code of the process.
     pub code: u8,
@@ -156,8 +157,8 @@ impl CampaignFolder {
         self.root.join(LOCKS).join(name(index))
     }
 
-    /// Tries to take the lock of a row. Read the state of the row only after this: another process may just have
-    /// completed it.
+    /// Tries to take the lock of a row. Take the lock first, then read the state of the row. Another process can
+    /// complete the row before this process takes the lock.
     ///
     /// # Errors
     /// [`CampaignError::Io`].
@@ -196,7 +197,8 @@ impl CampaignFolder {
         holders.find_map(|holder| holder.ok().flatten())
     }
 
-    /// Reads the failure of a row. If its file cannot be read, the failure says so.
+    /// Reads the failure of a row. If the file of the failure is unreadable, the returned failure describes the read
+    /// error.
     ///
     /// # Errors
     /// [`CampaignError::Io`].
@@ -245,9 +247,9 @@ impl CampaignFolder {
         self.remove_failure(index)
     }
 
-    /// Removes the files that a completed row does not keep, if a killed process left them: drafts, a failure, the
-    /// lock, and the run folder `run` if it is not kept. Nothing is removed while another process has the lock of the
-    /// row.
+    /// Removes files of a completed row that a killed process did not remove: drafts, a failure and the lock. If `run`
+    /// is `Some`, the function removes the run folder `run`. Nothing is removed while another process has the lock of
+    /// the row.
     pub fn tidy_ended(&self, index: usize, content_key: &str, run: Option<&Path>) {
         let drafts = [self.ended(index), self.failed(index)].map(|path| {
             let mut draft = path.into_os_string();
@@ -279,7 +281,7 @@ impl CampaignFolder {
         Ok(indices.map(|index| (index, self.ended(index))).collect())
     }
 
-    /// Returns the failed rows with their failures.
+    /// Returns the index and the failure of each failed row.
     ///
     /// # Errors
     /// [`CampaignError::Io`].

@@ -63,12 +63,12 @@ pub fn rank_correlation(x: &[f64], y: &[f64]) -> Option<f64> {
 /// Smallest sample whose variance is divided among classes.
 const LEAST_SAMPLE: usize = 8;
 
-/// Estimates the first-order Sobol index of a key: the share of the variance of `y` that the key alone explains, from 0
-/// to 1.
+/// Estimates the first-order Sobol index of a key, from 0 to 1. The index is the share of the variance of `y` that the
+/// key explains alone.
 ///
-/// The estimate is 1 - (S_w/(n - k)) / (S/(n - 1)) with k classes (Kelley's ε²), and not below 0. The index is the
-/// variance between the class means over the variance of `y`, corrected for chance. Returns `None` if there are too few
-/// values for the number of classes, or if `y` does not vary.
+/// The estimate is 1 - (S_w/(n - k)) / (S/(n - 1)) with k classes (Kelley's ε²), and not below 0. The estimate is the
+/// variance between the class means divided by the variance of `y`, corrected for chance. The function returns `None`
+/// if `y` has too few values for the number of classes, or if `y` does not vary.
 pub fn first_order_index(classes: &[usize], y: &[f64]) -> Option<f64> {
     let n = y.len();
     let k = classes.iter().max().map_or(0, |most| most + 1);
@@ -78,7 +78,7 @@ pub fn first_order_index(classes: &[usize], y: &[f64]) -> Option<f64> {
     let mean = y.iter().sum::<f64>() / n as f64;
     let mut sums = vec![(0.0, 0.0); k];
     for (class, y) in classes.iter().zip(y) {
-        // Subtract the mean first, so that figures that vary little keep their digits.
+        // Subtract the mean before the sum, because a sum of nearly equal values loses digits.
         let sum = &mut sums[*class];
         *sum = (sum.0 + (y - mean), sum.1 + 1.0);
     }
@@ -102,12 +102,12 @@ pub fn variance(values: &[f64]) -> f64 {
     squares / values.len().max(1) as f64
 }
 
-/// Estimates the first-order Sobol index of a key of a grid or a list. `y[p][q]` is the figure at the point p of this
-/// key's section and the point q of the other keys. `classes[p]` is the class of the key. `whole` is the variance of
-/// all runs. All classes have the same points q. The estimate subtracts the interaction, which changes the class means
-/// by chance.
+/// Estimates the first-order Sobol index of a key of a grid or a list. One section of the campaign has the key.
+/// `y[p][q]` is the figure at the point p of the section and the point q of the other keys. `classes[p]` is the class
+/// of the key. `whole` is the variance of all runs. All classes have the same points q. The estimate subtracts the
+/// interaction, because the interaction changes the class means by chance.
 ///
-/// Returns `None` for a single class, for a single point q, or without variance.
+/// Returns `None` for a single class, for a single point q, or if `whole` is 0.
 pub fn crossed_share(classes: &[usize], y: &[Vec<f64>], whole: f64) -> Option<f64> {
     let others = y.first()?.len();
     let k = classes.iter().max()? + 1;
@@ -151,8 +151,9 @@ pub fn crossed_share(classes: &[usize], y: &[Vec<f64>], whole: f64) -> Option<f6
     Some(((between - chance) / whole).clamp(0.0, 1.0))
 }
 
-/// Estimates the first-order Sobol index of a key that is drawn. Each draw p is repeated at every point q of a grid or
-/// a list, and its mean over these points is one sample. The arguments are those of [`crossed_share`].
+/// Estimates the first-order Sobol index of a key that is drawn. Every point q of a grid or a list repeats each random
+/// draw p. One sample is the mean of a draw over all points q. The function has the same arguments as
+/// [`crossed_share`].
 pub fn drawn_share(classes: &[usize], y: &[Vec<f64>], whole: f64) -> Option<f64> {
     let means: Vec<f64> = (y.iter())
         .map(|of_point| of_point.iter().sum::<f64>() / of_point.len().max(1) as f64)

@@ -1,5 +1,5 @@
-//! Lifetimes of runs, some of which end before the milestone: the estimate of Kaplan and Meier [J. Am. Stat. Assoc. 53,
-//! 1958, 457], and its quantiles.
+//! Kaplan–Meier estimate of the lifetimes of runs, some of which end before the milestone [J. Am. Stat. Assoc. 53,
+//! 1958, 457], and the quantiles of the estimate.
 
 use statrs::distribution::{Binomial, DiscreteCDF};
 
@@ -17,11 +17,10 @@ pub struct Lifetime {
 pub struct Quantile {
     /// Share of the runs that has passed.
     pub probability: f64,
-    /// Cycles at which this share has passed.
+    /// Number of cycles at which the share `probability` of the runs has passed the milestone.
     pub cycles: Option<f64>,
     /// Lower bound of the 95 % confidence interval, from the order statistics of the runs that were not censored
-    /// before. The lower bound is 0 if there are too few runs. `high` is the upper bound, `None` if there are too few
-    /// runs.
+    /// before. With too few runs, the lower bound is 0. `high` is the upper bound. With too few runs, `high` is `None`.
     pub low: Option<f64>,
     pub high: Option<f64>,
 }
@@ -31,21 +30,23 @@ pub struct Quantile {
 pub struct Survival {
     /// Number of runs, including censored runs.
     pub runs: usize,
-    /// Cycles at which runs pass, each with the share of runs that have passed there.
+    /// Pairs (cycles, share), ascending: `share` of the runs have passed the milestone after `cycles` cycles.
     steps: Vec<(f64, f64)>,
-    /// Cycles at which runs are censored, ascending.
+    /// Numbers of cycles at which runs are censored, ascending.
     left: Vec<f64>,
     /// Largest number of cycles of all runs.
     pub end: f64,
 }
 
-/// Probability that the quantile is below its lower bound, and also that it is above its upper bound.
+/// Probability of each side of the confidence interval: that a quantile is below the lower bound, or above the upper
+/// bound.
 const TAIL_PROBABILITY: f64 = 0.025;
 /// Tolerance of comparisons between shares.
 const ROUNDING: f64 = 1e-12;
 
 impl Survival {
-    /// Computes the estimate. A run that passes counts before a run that is censored at the same cycles.
+    /// Computes the estimate. If one run passes and another run is censored at the same number of cycles, the passing
+    /// run counts first.
     pub fn estimate(lives: &[Lifetime]) -> Survival {
         let mut lives = lives.to_vec();
         lives.sort_by(|a, b| a.cycles.total_cmp(&b.cycles).then(b.passed.cmp(&a.passed)));

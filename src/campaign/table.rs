@@ -21,7 +21,7 @@ const MEMORY: &str = "memory";
 /// Resolved value of a key, in SI units.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ResolvedValue {
-    /// The scene has no such value.
+    /// The scene has no value for the key.
     Absent,
     /// A whole number.
     Whole(i64),
@@ -47,7 +47,8 @@ impl ResolvedValue {
                 [first, others @ ..] if first.is_number() && others.iter().all(|o| o == first) => {
                     ResolvedValue::of(first)
                 }
-                // A motion along one axis: the other components are 0.
+                // Resolve a motion along the first axis, with 0 in the other components, to the number of the first
+                // component.
                 [first, others @ ..]
                     if first.is_number() && others.iter().all(|o| o.as_f64() == Some(0.0)) =>
                 {
@@ -90,8 +91,8 @@ pub struct PlannedRun {
     pub content_key: String,
     /// Group of rows with about the same cost.
     pub group: i64,
-    /// Expected time on the planning machine with one thread, without the structure \[s\]. `None` if it was not
-    /// estimated by a rehearsal.
+    /// Expected time on the planning machine with one thread, without the structure \[s\]. `seconds` is `None` if no
+    /// rehearsal has estimated the time.
     pub seconds: Option<f64>,
     /// Estimated peak memory, with the structure in the cache \[B\].
     pub memory: i64,

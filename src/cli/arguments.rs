@@ -1,4 +1,4 @@
-//! Arguments of every command: their help, and the checks that need no scene.
+//! Arguments of every command, with the help of the arguments and the checks that need no scene.
 
 use std::path::PathBuf;
 
@@ -30,8 +30,9 @@ pub enum Command {
     Run(RunArguments),
     /// Show what a scene will compute, why, and what it costs
     ///
-    /// `plan` counts memory, unknowns and disk per iteration. From a run of a few seconds on a coarser grid, `plan`
-    /// estimates iterations, FFT pairs, time and total disk. The plan does not change the results of the run.
+    /// `plan` counts memory, unknowns and disk per iteration. `plan` computes a short run on a coarser grid, in a few
+    /// seconds. From the short run, `plan` estimates the iterations, the FFT pairs, the time and the total disk space.
+    /// The plan does not change the results of the run.
     Plan {
         #[command(flatten)]
         scene: SceneArguments,
@@ -47,8 +48,8 @@ pub enum Command {
     },
     /// Check scenes for errors and warnings
     ///
-    /// Each error names file, line, key, the given value, and what would be right. `check` computes nothing, and exits
-    /// with 2 if a scene has an error.
+    /// Each error names the file, the line, the key, the wrong value and the permitted values. `check` computes
+    /// nothing, and exits with 2 if a scene has an error.
     Check {
         /// The scenes (TOML)
         #[arg(required = true, value_name = "SCENE")]
@@ -62,20 +63,21 @@ pub enum Command {
     },
     /// Compute a stage of a committed iteration again
     ///
-    /// `stage` reads the tables of the run and the files that the scene names, computes the stage, and reports whether
-    /// the computed tables are bit-identical to the stored tables. If a later stage overwrote a table, `stage` first
-    /// recomputes that table. `stage` does not change the run.
+    /// `stage` reads the tables of the run and the files that the scene names, and computes the stage. `stage` reports
+    /// whether the computed tables are bit-identical to the stored tables. If a later stage overwrote a table, `stage`
+    /// first recomputes that table. `stage` does not change the run.
     Stage(StageArguments),
     /// Compute frequency, damping ratio and amplitude of the resonance over the force level
     ///
-    /// `backbone` follows the unworn joint of a scene, or the worn joint at an iteration of a run, and does not change
-    /// the run. Several joints share one table and one picture. The curve ends, with a message, where friction can no
-    /// longer bound the amplitude.
+    /// `backbone` computes the curve for the unworn joint of a scene, or for the worn joint at an iteration of a run.
+    /// `backbone` does not change the run. Several joints share one table and one picture. The curve ends, with a
+    /// message, where friction can no longer bound the amplitude.
     Backbone(backbone::BackboneArguments),
     /// Show the progress and the figures of a run, or list the runs of a folder
     ///
-    /// For a run, `status` prints state, progress, remaining time, figures with error bars (unworn and now), cost,
-    /// warnings and the command that continues the run. For a folder of runs, `status` prints one line per run. --json
+    /// For one run, `status` prints the state, the progress, the remaining time, the cost and the warnings. `status`
+    /// prints the figures of the unworn joint and of the present joint, with error bars. `status` prints the command
+    /// that continues the run. For a folder of several runs, `status` prints one line per run. With --json, `status`
     /// prints all columns of the last summary, in SI units.
     Status {
         /// Folder of one run, or of several runs
@@ -112,10 +114,10 @@ pub enum Command {
     },
     /// Measure the cost of accuracy: run a scene's presets and single knobs
     ///
-    /// Each variant is a run in the folder, and `trade` compares the variant with the preset `reference`. With several
-    /// scenes, or a folder of scenes, the presets `fast` and `balanced` are compared with `reference` for each kind of
-    /// motion. If the command is stopped, the same command continues the work. `trade` writes trade.parquet, trade.md,
-    /// trade.svg and trade.html, and prints the tables.
+    /// Each variant is a run in the folder, and `trade` compares the variant with the preset `reference`. `trade`
+    /// accepts several scenes or a folder of scenes. For several scenes, `trade` compares the presets `fast` and
+    /// `balanced` with `reference`, for each kind of motion. If the command is stopped, the same command continues the
+    /// work. `trade` writes trade.parquet, trade.md, trade.svg and trade.html, and prints the tables.
     Trade(TradeArguments),
     /// Run one scene many times with keys that vary, on one machine or on a cluster
     Campaign {
@@ -124,10 +126,10 @@ pub enum Command {
     },
     /// Run the paper's study and check the paper's claims
     ///
-    /// `reproduce` computes 16 runs of the lap joint: four roughnesses, with a hardness limit, and with the dynamic
-    /// model updated more often, less often, never. If the command is stopped, the same command continues the work.
-    /// `reproduce` writes the scenes to `scenes` in the folder, writes claims.md and claims.parquet, and prints the
-    /// claims with the measured values.
+    /// `reproduce` computes 16 runs of the lap joint, with four roughnesses. Some runs have a hardness limit. Some runs
+    /// update the dynamic model more often, less often or never. If the command is stopped, the same command continues
+    /// the work. `reproduce` writes the scenes to `scenes` in the folder, writes claims.md and claims.parquet, and
+    /// prints the claims with the measured values.
     Reproduce(ReproduceArguments),
     /// Explain a key of a scene or a table of a run, or search for a word
     ///
@@ -150,9 +152,9 @@ pub enum Command {
     },
     /// Check whether this machine can compute runs and keep them
     ///
-    /// `doctor` checks the folder (free space, commits, locks, tables), the processor, transforms and factorisations,
-    /// the contact and vibration solvers against closed forms, and the cache of structures. `doctor` removes its own
-    /// files, and exits with 1 if a check fails.
+    /// `doctor` checks the folder (free space, commits, locks, tables), the processor, and the cache of structures.
+    /// `doctor` tests transforms and factorisations. `doctor` compares the contact and vibration solvers with closed
+    /// forms. `doctor` removes the files that `doctor` has written, and exits with 1 if a check fails.
     Doctor {
         /// Folder for runs
         #[arg(default_value = "runs")]
@@ -171,15 +173,15 @@ pub enum Command {
     },
     /// Write the resonator as an input deck of CalculiX and Abaqus, or as matrices
     ///
-    /// The input deck computes the free vibration in SI units: nodes, hexahedra with incompatible modes, materials,
-    /// sets, and a frequency step.
+    /// The input deck computes the free vibration of the resonator in SI units. The input deck contains nodes,
+    /// hexahedra with incompatible modes, materials, sets, and a frequency step.
     Export(ExportArguments),
     /// Describe the matrices of a finite-element program
     ///
     /// `inspect` prints masses, symmetry, likely units and natural frequencies. `inspect` reads Matrix Market, Abaqus
-    /// (matrix output, substructures, decks), ANSYS (.full), CalculiX, NPY and NPZ, and folders of fretwear-import, by
-    /// content, and finds companion files in the same folder. Frequencies are in hertz if the file's unit of time is
-    /// the second.
+    /// (matrix output, substructures, decks), ANSYS (.full), CalculiX, NPY, NPZ, and folders of fretwear-import.
+    /// `inspect` recognises a format by the content of the file, and finds companion files in the same folder.
+    /// Frequencies are in hertz if the file's unit of time is the second.
     Inspect(inspect::InspectArguments),
     /// Put the figures of several runs into one table
     ///
@@ -189,8 +191,9 @@ pub enum Command {
     Compare(CompareArguments),
     /// Write one HTML page on a run, or on several side by side
     ///
-    /// The page has figures with their numbers, results with error bars, decisions with reasons, cost, and the scene.
-    /// The page is self-contained: it needs no other file. The run may still be in progress.
+    /// The HTML page has plots with the plotted data, results with error bars, and the scene. The HTML page explains
+    /// the decisions of the program and states the cost of the run. A browser shows the HTML page without any other
+    /// file. The run may still be in progress.
     Report(ReportArguments),
 }
 

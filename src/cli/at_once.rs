@@ -21,8 +21,9 @@ pub struct Command {
     pub arguments: Vec<OsString>,
 }
 
-/// Computes runs in their own processes, `at_once` at a time. A stopped run continues. A failed run is ignored here:
-/// the caller computes the runs again one after another and then reports it. Returns true after a request to stop.
+/// Computes each run in a separate process, with up to `at_once` processes at a time. A stopped run continues from the
+/// last commit of the run. `run_at_once` ignores a failed run, because the caller computes all runs again one after
+/// another and then reports the failure. Returns true after a request to stop.
 pub fn run_at_once(
     execution: &Execution,
     what: &str,

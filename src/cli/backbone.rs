@@ -1,4 +1,5 @@
-//! `fretwear backbone`: frequency, damping ratio and amplitude over the level of the force, or over a key of the scene.
+//! `fretwear backbone` computes the frequency, the damping ratio and the amplitude of a resonance. The command computes
+//! a point of the backbone per force level, or per value of a key of the scene.
 
 use std::cell::Cell;
 use std::io;
@@ -118,11 +119,11 @@ impl BackboneArguments {
     }
 }
 
-/// Share of the logarithmic distance between two values for a trial. Between two integers, it hardly ever gives an
-/// integer.
+/// Share of the logarithmic distance between two values for a trial. With the share 0.382, a trial between two integers
+/// is hardly ever an integer.
 const BETWEEN: f64 = 0.382;
 
-/// Returns true if the setting `KEY=VALUE` sets this key.
+/// Returns true if the setting `KEY=VALUE` in `set` sets the key `key`.
 fn sets_key(set: &str, key: &str) -> bool {
     set.split_once('=')
         .is_some_and(|(name, _)| name.trim() == key)
@@ -140,7 +141,7 @@ struct StateBackbone {
     broken: Option<CliError>,
 }
 
-/// Key that varies instead of the force.
+/// Key of the scene that varies along the backbone if the force does not vary.
 struct LevelParameter {
     key: String,
     /// Unit of the levels.
@@ -449,7 +450,7 @@ impl StateBackbone {
         }
     }
 
-    /// Describes where the backbone begins, if that is after the first level.
+    /// Describes where the backbone begins, if the backbone begins after the first level.
     fn begin(&self) -> Option<String> {
         let backbone = &self.backbone;
         let (point, error) = (backbone.points.first()?, backbone.begin.as_ref()?);
@@ -471,7 +472,7 @@ impl StateBackbone {
         })
     }
 
-    /// Describes where and why the backbone ends, if that is before the last level.
+    /// Describes where and why the backbone ends, if the backbone ends before the last level.
     fn end(&self) -> Option<String> {
         match &self.backbone.end {
             BackboneEnd::Reached => None,

@@ -57,7 +57,7 @@ struct Columns {
 
 /// Smallest width to which a table is fitted.
 const LEAST_WIDTH: usize = 40;
-/// A label is wrapped if it is wider than the table width divided by this number.
+/// The table wraps a label that is wider than the width of the table divided by `LABEL_SHARE_DIVISOR`.
 const LABEL_SHARE_DIVISOR: usize = 4;
 /// Spaces between columns.
 const GAP: usize = 2;
@@ -115,8 +115,9 @@ impl Columns {
     }
 
     /// Formats the table in lines of at most `width` characters. With `turn`, the table has one row per figure if all
-    /// labels fit side by side. Without `turn`, or if the labels do not fit, the table has one row per label and
-    /// continues in further blocks for more figures. Labels and titles are wrapped; cells are never cut.
+    /// labels fit side by side. Without `turn`, or if the labels do not fit, the table has one row per label. If the
+    /// figures do not fit side by side, the table continues in further blocks of lines. Labels and titles are wrapped;
+    /// cells are never cut.
     fn lines(&self, width: usize, turn: bool) -> Vec<String> {
         let width = width.max(LEAST_WIDTH);
         let labels: Vec<Vec<String>> = self

@@ -90,7 +90,7 @@ pub fn cost_text(spent: &RunCost) -> String {
     parts.join(", ")
 }
 
-/// Describes the peak memory of this process, if the system reports it.
+/// Describes the peak memory of the running process. Returns `None` if the system does not report the peak memory.
 pub fn memory_in_words() -> Option<String> {
     Some(format!("{} of memory", megabytes(peak_memory()?)))
 }
@@ -116,7 +116,7 @@ fn megabytes(bytes: u64) -> String {
     }
 }
 
-/// Returns a warning if a run needs more memory than this machine has.
+/// Returns a warning if a run needs more memory than the machine has.
 pub fn memory_warning(inputs: &Inputs) -> Option<String> {
     let least = ResourceEstimate::least_memory(inputs);
     let machine = read_system_memory("/proc/meminfo", "MemTotal:")?;
@@ -129,14 +129,15 @@ pub fn memory_warning(inputs: &Inputs) -> Option<String> {
     })
 }
 
-/// Returns the memory that this process and its children may still take \[B\]: the free memory of the machine, limited
-/// by the control group of this process. Returns `None` if the system does not report it.
+/// Returns the memory \[B\] that the running process and its children may still take. The memory is the free memory of
+/// the machine, limited by the control group of the process. Returns `None` if the system does not report the free
+/// memory.
 pub fn free_memory() -> Option<u64> {
     let free = read_system_memory("/proc/meminfo", "MemAvailable:")?;
     Some(group_memory().map_or(free, |group| group.min(free)))
 }
 
-/// Returns the memory limit of the control group of this process (version 2).
+/// Returns the memory limit of the control group (cgroup version 2) of the running process.
 fn group_memory() -> Option<u64> {
     let text = std::fs::read_to_string("/proc/self/cgroup").ok()?;
     let group = text.lines().find_map(|line| line.strip_prefix("0::/"))?;
@@ -144,7 +145,7 @@ fn group_memory() -> Option<u64> {
     std::fs::read_to_string(path).ok()?.trim().parse().ok()
 }
 
-/// Returns the peak memory of this process \[B\], if the system reports it.
+/// Returns the peak memory of the running process \[B\], or `None` if the system does not report the peak memory.
 fn peak_memory() -> Option<u64> {
     read_system_memory("/proc/self/status", "VmHWM:")
 }

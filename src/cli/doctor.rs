@@ -10,7 +10,7 @@ use super::run::cache_folder;
 use super::{CliError, Exit};
 use crate::terminal::Results;
 
-/// Checks this machine and this folder, and prints the results.
+/// Checks the machine and the given folder for runs, and prints the results of the checks.
 pub fn doctor(folder: &Path, as_json: bool, out: &mut Results) -> Result<Exit, CliError> {
     let checks = doctor::examine(&RealFileSystem, folder, cache_folder().as_deref());
     let failed = checks.iter().any(|check| check.state == State::Failed);

@@ -1,4 +1,4 @@
-//! Errors of commands and their exit codes.
+//! Errors of the commands, and the exit code of each error.
 
 use std::path::PathBuf;
 

@@ -1,5 +1,5 @@
-//! `fretwear export`: the resonator as an input deck or as matrices, the reduced structure and the contact of a run,
-//! and a run for ParaView.
+//! `fretwear export` writes the resonator as an input deck or as matrices. From a run, `fretwear export` writes the
+//! reduced structure, the contact, or files for ParaView.
 
 use std::io::{self, Cursor, Write};
 use std::path::Path;
@@ -19,8 +19,8 @@ use super::export_vtu::export_vtu;
 use super::{CliError, Exit};
 use crate::terminal::Results;
 
-/// Runs the requested export. By default, it writes the input deck of the resonator, and prints its frequencies on
-/// request.
+/// Runs the requested export. By default, `export` writes the input deck of the resonator, and prints the frequencies
+/// of the resonator on request.
 pub fn export(arguments: &ExportArguments, out: &mut Results) -> Result<Exit, CliError> {
     if let (Some(folder), Some(run)) = (&arguments.vtu, &arguments.scene) {
         return export_vtu(run, folder, out);
@@ -79,7 +79,8 @@ const READ: [(&str, &str); 5] = [
     ("interface", "pairs.csv"),
 ];
 
-/// Writes the matrices of a resonator to a folder, and with `scene` also a scene that reads them.
+/// Writes the matrices of a resonator to a folder. If `scene` is given, the function writes a scene that reads the
+/// matrices.
 fn write_matrices(
     resonator: &Resonator,
     scene: Option<&Scene>,

@@ -41,8 +41,8 @@ const NLVIB: &str = include_str!("templates/nlvib_joint.m");
 /// Axes of the ports of an element.
 const AXES: [&str; 3] = ["x", "y", "n"];
 
-/// Writes the contact elements as `contact.csv`, the matrices K, M, C and Ks, their rows as `rows.csv`, the loads as
-/// `loads.csv`, and loads and harmonics as `vibration.json`.
+/// Writes the contact elements as `contact.csv`, and the matrices K, M, C and Ks. `rows.csv` describes the rows of the
+/// matrices. `loads.csv` has the loads. `vibration.json` has the loads and the harmonics.
 pub fn export_contact(
     run: &Path,
     folder: &Path,
@@ -199,7 +199,8 @@ fn rows(exported: &ExportedContact, to: &mut impl Write) -> io::Result<()> {
     Ok(())
 }
 
-/// Writes one line per load: its row (from 1), its harmonic, and the amplitudes of its cosine and sine.
+/// Writes one line per load. Each line has the row of the load, the harmonic, the cosine amplitude and the sine
+/// amplitude. Rows are numbered from 1.
 fn loads(exported: &ExportedContact, to: &mut impl Write) -> io::Result<()> {
     writeln!(to, "row,harmonic,cosine,sine")?;
     for (row, harmonic, cosine, sine) in &exported.loads {
@@ -225,14 +226,14 @@ fn vibration(exported: &ExportedContact) -> String {
     text.unwrap_or_default() + "\n"
 }
 
-/// Numbers of sliders whose contact changes over a cycle.
+/// Numbers of sliders that lift, close, or have a varying load during a cycle.
 struct Moves {
     lift: usize,
     close: usize,
     vary: usize,
 }
 
-/// A slider counts as varying if its load changes by more than this share of the load at rest.
+/// Smallest change of a slider's load at which the load counts as varying, as a share of the load at rest.
 const VARIES: f64 = 0.1;
 
 fn count_moves(exported: &ExportedContact) -> Moves {
@@ -259,11 +260,11 @@ fn count_moves(exported: &ExportedContact) -> Moves {
     counts
 }
 
-/// Figures of an element with its bank of sliders and with one slider.
+/// Figures of a contact element: computed with all sliders of the element (`bank`), and with a single slider (`one`).
 struct OneSliderChange {
     element: usize,
-    /// Tangential stiffness, energy per cycle, first harmonic of the tangential force, and half range of the normal
-    /// force.
+    /// Four figures: tangential stiffness, energy per cycle, first harmonic of the tangential force, and half range of
+    /// the normal force.
     bank: [f64; 4],
     one: [f64; 4],
 }

@@ -15,8 +15,8 @@ use super::export::{make_folder, save};
 use super::{CliError, Exit};
 use crate::terminal::Results;
 
-/// Writes the matrices as `K.mtx`, `M.mtx`, `C.mtx` and `Ks.mtx`, all matrices as `reduced.npz`, and their rows as
-/// `rows.csv`.
+/// Writes the matrices as `K.mtx`, `M.mtx`, `C.mtx` and `Ks.mtx`. `reduced.npz` has all four matrices, and `rows.csv`
+/// describes the rows of the matrices.
 pub fn export_reduced(run: &Path, folder: &Path, out: &mut Results) -> Result<Exit, CliError> {
     let reader = RunReader::open(Arc::new(RealFileSystem), run)?;
     let Some(tables) = ReducedTables::of(&reader)? else {

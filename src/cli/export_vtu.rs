@@ -15,8 +15,9 @@ use super::run::parse_source;
 use super::{CliError, Exit};
 use crate::terminal::Results;
 
-/// Writes the cells and the contact elements of the stored iterations of a run, each with a collection over cycles, and
-/// the edges of the structure. For `RUN@N`, it writes only iteration N.
+/// Writes the cells and the contact elements of the stored iterations of a run, and the edges of the structure. Two
+/// collection files list the files of the cells and of the contact elements over the cycles. For `RUN@N`, `export_vtu`
+/// writes only iteration N.
 pub fn export_vtu(run: &Path, folder: &Path, out: &mut Results) -> Result<Exit, CliError> {
     let text = run.to_string_lossy();
     let is_iteration = text.contains('@') && !run.is_dir();

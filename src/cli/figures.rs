@@ -1,4 +1,4 @@
-//! Figures of a joint with their error bars, for the end of a run, `fretwear status` and `fretwear compare`.
+//! Figures of a joint with error bars. The commands `run`, `status` and `compare` print the figures.
 
 use fretwear::report::quantity::{self, Unit, Units};
 use fretwear::report::{figure_with_bar, upper_bound};
@@ -12,7 +12,7 @@ use crate::terminal::Results;
 /// Number of significant digits of a figure.
 pub const DIGITS: usize = 4;
 
-/// A figure of a joint: its title, its units, its value, and its relative error bar.
+/// Title, units, value and relative error bar of a figure of a joint.
 pub struct Figure {
     pub title: &'static str,
     pub units: Units,
@@ -35,8 +35,8 @@ const fn figure(
 
 const FRICTION: &str = "friction of a cycle";
 
-/// All figures, in print order. Resonance and amplitude belong to the response with the state's own contact elements if
-/// that response exists, as in a report. If that response does not exist, resonance and amplitude belong to the
+/// All figures, in print order. Resonance and amplitude belong to the response with the state's own contact elements,
+/// as in a report. If a state has no response with its own contact elements, resonance and amplitude belong to the
 /// vibration that drives the wear.
 #[rustfmt::skip]
 pub const FIGURES: [Figure; 19] = [
@@ -97,8 +97,8 @@ impl Figure {
         quantity::unit_of(self.units, quantity::largest(&sizes))
     }
 
-    /// Formats the value with its error bar, or its upper bound, with `number`. Returns `None` if the state lacks the
-    /// figure.
+    /// Formats the figure's value with the error bar, or the upper bound of the value. `number` formats each number.
+    /// Returns `None` if the state lacks the figure.
     pub fn text(&self, state: &JointState, number: impl Fn(f64) -> String) -> Option<String> {
         let value = self.value(state)?;
         Some(match self.limit(state) {
@@ -108,7 +108,7 @@ impl Figure {
     }
 }
 
-/// Formats a value with its unit.
+/// Formats a value and the unit of the value.
 pub fn format_with_unit(value: f64, unit: Unit) -> String {
     let number = unit.rounded(value, DIGITS);
     format!("{number} {}", unit.symbol).trim_end().to_owned()
@@ -124,7 +124,8 @@ pub fn worn_volume_text(volume: f64, bar: Option<f64>) -> String {
     )
 }
 
-/// Title of a figure, its text for the unworn joint, and its text for the worn joint with the error bar.
+/// Row of a table of figures: title, text for the unworn joint, and text for the worn joint. The text for the worn
+/// joint includes the error bar.
 struct FigureRow(String, String, String);
 
 /// Returns the figures that the states have, in print order. Without an unworn state, the present state is the unworn

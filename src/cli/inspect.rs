@@ -58,7 +58,8 @@ fn parse_length_unit(text: &str) -> Result<f64, String> {
     units::parse_unit(text, Dimension::LENGTH).map_err(|error| error.to_string())
 }
 
-/// Largest number of modes. Each mode is a vector of all rows, so more modes would take too much memory.
+/// Largest number of modes. Each mode is a vector with one number per row of the matrices. More than 500 modes would
+/// take too much memory.
 const MOST_MODES: usize = 500;
 
 fn parse_modes(text: &str) -> Result<usize, String> {
@@ -85,7 +86,7 @@ struct Inspection {
     failure: Option<StructureError>,
 }
 
-/// Reads the files and prints their description.
+/// Reads the given files and prints a description of the files.
 pub fn inspect(arguments: &InspectArguments, out: &mut Results) -> Result<Exit, CliError> {
     if let [file] = &arguments.files[..]
         && arguments.format.is_none()

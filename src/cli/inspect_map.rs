@@ -28,7 +28,7 @@ struct MapFigures {
     correlation_length: [Option<f64>; 2],
 }
 
-/// Reads a map and prints its description.
+/// Reads a map and prints a description of the map.
 pub fn inspect_map(
     path: &Path,
     options: &ReadOptions,

@@ -13,7 +13,7 @@ use super::{CliError, Exit};
 use crate::progress::{Stopping, Watcher};
 use crate::terminal::say;
 
-/// A run: its name, its folder and its inputs.
+/// Name, folder and inputs of a run.
 pub struct Job<'a> {
     pub name: &'a str,
     pub root: PathBuf,
@@ -97,7 +97,7 @@ pub fn run_all(execution: &Execution, what: &str, jobs: &[Job]) -> Result<RunOut
                 say(&error.to_string());
                 return Ok(outcomes);
             }
-            // An error of the store is not a result of this scene, so stop here.
+            // Return an error of the store at once, because the scene does not cause the error.
             Err(error @ RunError::Store(_)) => return Err(error.into()),
             Err(error) => {
                 if !execution.quiet {

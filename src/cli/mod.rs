@@ -60,7 +60,7 @@ enum Exit {
 }
 
 impl Exit {
-    /// Returns the exit of an earlier failure with this code.
+    /// Returns the `Exit` that has the exit code `code` of an earlier failure.
     fn of_failure(code: u8) -> Exit {
         let failures = [Exit::Scene, Exit::NotConverged, Exit::Damaged];
         let failure = failures.into_iter().find(|exit| exit.code() == code);
@@ -88,7 +88,7 @@ impl From<Exit> for ExitCode {
 
 /// Prints the completions for a shell.
 fn completions(shell: Shell, out: &mut Results) -> Exit {
-    // The generator panics if it cannot write, so it writes to memory.
+    // The generator of completions panics if a write fails. Let the generator write to memory, where no write fails.
     let mut script = Vec::new();
     clap_complete::generate(shell, &mut commands::command(), "fretwear", &mut script);
     write!(out, "{}", String::from_utf8_lossy(&script));

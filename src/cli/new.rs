@@ -12,7 +12,7 @@ use serde_json::json;
 use super::{CliError, Exit, edit};
 use crate::terminal::{Results, is_asking};
 
-/// Shipped scene: its name, its description, and its text with all comments.
+/// Name, description and text of a shipped scene; the text includes all comments.
 struct Example {
     name: &'static str,
     about: &'static str,
@@ -87,7 +87,7 @@ pub fn new(
             source,
         },
     };
-    // Check this before asking for values.
+    // Check whether the file exists before the program asks for values.
     if path.exists() {
         return Err(write_error(io::ErrorKind::AlreadyExists.into()));
     }
@@ -172,8 +172,8 @@ fn without_hole(example: &Example, sets: &[String]) -> (String, Vec<String>) {
     (text, others.collect())
 }
 
-/// Adds a heading to the text. An unchanged scene keeps its own heading. A changed scene gets a list of its changed
-/// keys. The heading of every scene shows the command that runs the scene.
+/// Adds a heading to the text. If no key has changed, the text keeps the heading of the shipped scene. If keys have
+/// changed, the heading lists the changed keys. The heading of every scene shows the command that runs the scene.
 fn with_heading(example: &Example, path: &Path, text: &str, changed: &[&str]) -> String {
     let name = example.name;
     let command = format!("fretwear run {}", shell_word(path));

@@ -37,8 +37,9 @@ fn no_phase_resonance(summary: &Map<String, Value>, plan: &Plan) -> Option<Strin
 
 /// Prints the results of a run.
 ///
-/// As JSON, the object also has the `warnings` of the scene and the `notices` of this start. The notice of a missing
-/// phase resonance is included even if an earlier start found it.
+/// As JSON, the object includes the `warnings` of the scene and the `notices` of the latest start of the run. If an
+/// earlier start of the run has found no phase resonance, the object includes the notice of the missing phase
+/// resonance.
 pub fn print_outcome(
     outcome: &Outcome,
     plan: &Plan,
@@ -111,7 +112,8 @@ pub fn write_checks(out: &mut Results, checks: &[Check]) {
     }
 }
 
-/// Prints one line per column: name, value, unit, and error bar or upper bound.
+/// Prints one line per column of the summary. Each line has the name, the value and the unit of the column. A line with
+/// an error has an error bar or an upper bound.
 fn write_summary(out: &mut Results, recipe: &Recipe, summary: &Table) {
     let last = |name: &str| summary.f64(name).ok().map(|values| values[0]);
     let sizes = CharacteristicSizes::new(recipe, last("normal_load"), last("rq"));

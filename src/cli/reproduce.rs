@@ -21,8 +21,8 @@ use crate::terminal::{Results, say};
 struct Scene {
     name: String,
     path: PathBuf,
-    /// True if `--set` applies to the scene. `--set` does not apply to scenes of another contact, because those scenes
-    /// lack the keys of the joint.
+    /// True if `--set` applies to the scene. `--set` changes keys of the joint. Scenes of another contact lack the keys
+    /// of the joint, so `--set` does not apply to such scenes.
     is_set: bool,
 }
 
@@ -63,7 +63,8 @@ pub fn reproduce(arguments: &ReproduceArguments, out: &mut Results) -> Result<Ex
             say("stopped; run the same command again to continue");
             return Ok(Exit::Stopped);
         }
-        // The runs are complete or failed now. Run them again quietly to collect their errors.
+        // The runs are complete or failed now. Run the runs again without messages, to collect the errors of the failed
+        // runs.
         execution.quiet = true;
     }
     let outcomes = many::run_all(&execution, "scene", &jobs)?;
@@ -176,7 +177,7 @@ fn write_shipped(folder: &Path, laws: &[Law]) -> Result<Vec<Scene>, CliError> {
     Ok(scenes)
 }
 
-/// Writes a scene, unless its file exists.
+/// Writes a shipped scene to `folder`, unless the file of the scene exists.
 fn write_if_missing(folder: &Path, (name, text): ShippedScene) -> Result<PathBuf, CliError> {
     let fs = RealFileSystem;
     fs.create_dir_all(folder).map_err(scene_error(folder))?;

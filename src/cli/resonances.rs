@@ -20,7 +20,8 @@ const SHOWN: usize = 6;
 
 /// Unit of the loads of a scene.
 struct Unit {
-    /// Half range of the drive \[N\], if a force drives. All other loads keep their ratio to the drive.
+    /// Half range of the drive \[N\], if a force drives. If the drive changes, the ratio of every other load to the
+    /// drive remains constant.
     drive: Option<f64>,
 }
 
@@ -189,8 +190,8 @@ fn named_resonances(
         .filter_map(|(name, resonance)| Some((name, resonance?)))
 }
 
-/// Returns the resonances as JSON, in SI units, under the loads of the scene. Limits are factors of these loads; null
-/// means no limit.
+/// Returns the resonances as JSON, in SI units, under the loads of the scene. A limit is a factor of the loads of the
+/// scene. A limit of null means that the loads have no limit.
 pub fn json(resonances: &Result<LinearResonances, String>) -> Value {
     match resonances {
         Ok(resonances) => {

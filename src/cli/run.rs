@@ -124,8 +124,8 @@ pub fn run(mut arguments: RunArguments, out: &mut Results) -> Result<Exit, CliEr
     Ok(Exit::Done)
 }
 
-/// Returns the folder of the cache that runs share: the value of `FRETWEAR_CACHE` (no cache if it is empty), or else
-/// `fretwear` in the user's cache folder.
+/// Returns the folder of the cache that runs share: the value of `FRETWEAR_CACHE`. If `FRETWEAR_CACHE` is empty, runs
+/// use no cache. If `FRETWEAR_CACHE` is not set, the folder is `fretwear` in the user's cache folder.
 pub fn cache_folder() -> Option<PathBuf> {
     if let Some(folder) = std::env::var_os("FRETWEAR_CACHE") {
         return (!folder.is_empty()).then(|| PathBuf::from(folder));
@@ -168,9 +168,9 @@ fn scene_and_root(arguments: &RunArguments) -> Result<(Scene, PathBuf), CliError
     Ok((scene, root))
 }
 
-/// Adds the accuracy with which a run began to its scene and `sets`, if the scene does not give it, and prints a note.
-/// The scene stays unchanged if the folder cannot be read as a run, or if `load` rejects that accuracy: opening the run
-/// then reports the error.
+/// If a scene has no accuracy, the function adds the accuracy of the first start of the run to the scene and to `sets`.
+/// The function then prints a note. The scene stays unchanged if the folder cannot be read as a run, or if `load`
+/// rejects the accuracy. The program reports the error of the folder or of `load` when the program opens the run.
 fn with_recorded_accuracy(
     scene: Scene,
     root: &Path,

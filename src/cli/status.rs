@@ -18,10 +18,10 @@ use super::{CliError, Exit, cost};
 use crate::progress::{duration, grouped};
 use crate::terminal::{Results, say};
 
-/// Prints the progress of a run, also while another process computes it. For a folder of runs, it prints one line per
-/// run.
+/// Prints the progress of a run, even while another process computes the run. For a folder of runs, `status` prints one
+/// line per run.
 pub fn status(folder: &Path, as_json: bool, out: &mut Results) -> Result<Exit, CliError> {
-    // A run that has lost its record is a damaged run, not a folder of runs.
+    // A run folder without its record is a damaged run. Do not treat the damaged run as a folder of runs.
     let is_run = folder.is_file() || Layout::at(folder).is_of_run();
     match is_run {
         true => print_run(folder, as_json, out),
@@ -274,7 +274,7 @@ fn list(folder: &Path, as_json: bool, out: &mut Results) -> Result<Exit, CliErro
     Ok(Exit::Done)
 }
 
-/// Shortens a message to its first words, on one line.
+/// Shortens a message to the first words of the message, on one line.
 fn short(message: &str) -> String {
     const LONGEST: usize = 80;
     let message = message.split_whitespace().collect::<Vec<&str>>().join(" ");

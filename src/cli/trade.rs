@@ -23,7 +23,8 @@ struct Job {
     plan: Plan,
 }
 
-/// Runs the variants of a scene, or the presets of several scenes, and compares them. Each variant has its own folder.
+/// Runs the variants of a scene, or the presets of several scenes, and compares the results. Each variant runs in a
+/// separate folder.
 pub fn trade(arguments: &TradeArguments, out: &mut Results) -> Result<Exit, CliError> {
     match &arguments.scenes[..] {
         [path] if !path.is_dir() => trade_one_scene(arguments, path, out),
@@ -47,7 +48,8 @@ fn trade_one_scene(
         largest_grid: arguments.largest_grid,
     };
     let mut candidates = variants::variants(&base_scene, &balanced, &recipe, &choice)?;
-    // Run the repetition last: the other runs then lie between the two runs whose difference is the noise.
+    // The noise is the difference between the first run and its repetition. Run the repetition last, so that all other
+    // runs lie between the first run and the repetition.
     candidates.variants.push(variants::again());
     let jobs = jobs(path, sets, &mut candidates)?;
     let folder = match &arguments.dir {
@@ -176,7 +178,8 @@ fn trade_scenes(arguments: &TradeArguments, out: &mut Results) -> Result<Exit, C
     let mut trials = trials.into_iter();
     for scene in &scenes {
         let scene_trials: Vec<_> = trials.by_ref().take(scene.jobs.len()).collect();
-        // Compare a scene only if all its runs have ended; the reference is the last of them.
+        // The last run of a scene is the reference. Compare the presets of a scene only after all runs of the scene
+        // have ended.
         if scene_trials.len() == scene.jobs.len() {
             let (scene_trials, failed) = split_failures(scene_trials);
             failures.extend(failed);
@@ -279,8 +282,8 @@ fn split_failures(outcomes: Vec<TrialOutcome>) -> (Vec<Trial>, Vec<RunError>) {
     (trials, failures.into_iter().flatten().collect())
 }
 
-/// Runs the jobs, each with its name and folder. Returns the outcomes, and true if the command was stopped before all
-/// runs ended.
+/// Runs each job under the name and in the folder of the job. Returns the outcomes, and true if the command was stopped
+/// before all runs ended.
 fn run_all(
     arguments: &TradeArguments,
     what: &str,

@@ -58,7 +58,7 @@ pub struct WhenArguments {
 /// Note on the effects that the lost preload does not include.
 pub const PRELOAD_NOTE: &str = "only the wear of this joint reduces the load here; the bars exclude embedding under head, nut and thread, and the scatter of tightening";
 
-/// A milestone and its crossing in the history of a run.
+/// Milestone, and the crossing of the milestone in the history of a run.
 struct Answer<'a> {
     milestone: &'a Milestone,
     history: History,
@@ -378,7 +378,7 @@ impl Answer<'_> {
         }
     }
 
-    /// Returns the last value and its absolute error bar, in SI units.
+    /// Returns the last value of the figure and the absolute error bar of the value, in SI units.
     fn now(&self) -> (f64, f64) {
         let last = self.history.values.len() - 1;
         (self.history.values[last], self.history.bars[last])

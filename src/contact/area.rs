@@ -1,8 +1,9 @@
 //! Real area of contact, corrected for the finite size of cells.
 //!
-//! A cell counts as a whole as soon as it touches, so cells overestimate the area along the rim of the contact. The
-//! correction of Yastrebov, Anciaux and Molinari (Tribol. Int. 114, 2017; arXiv 1701.02727) subtracts (π − 1 + ln 2)/24
-//! of a cell for each edge between a cell in contact and one that is not.
+//! A touching cell counts with its whole area. The sum of the touching cells therefore overestimates the area along the
+//! rim of the contact. The correction of Yastrebov, Anciaux and Molinari (Tribol. Int. 114, 2017; arXiv 1701.02727)
+//! subtracts (π − 1 + ln 2)/24 of a cell area for each edge at the rim. An edge at the rim separates a cell in contact
+//! from a cell that is not in contact.
 
 use std::f64::consts::{LN_2, PI};
 
@@ -11,7 +12,7 @@ use crate::grid::Patch;
 /// Excess area per edge of the rim, as a fraction of a cell.
 const EXCESS_PER_EDGE: f64 = (PI - 1.0 + LN_2) / 24.0;
 
-/// Up to this many cells in contact, the area may be off by twice the root of their number.
+/// Largest number n of cells in contact at which the estimated grid error is 2√n cells instead of √n cells.
 const SMALL_CELL_COUNT: usize = 16;
 
 /// Real area of contact of a patch.
@@ -46,7 +47,7 @@ impl ContactArea {
         }
     }
 
-    /// Returns the grid error over the corrected area; 0 where nothing touches.
+    /// Returns the grid error divided by the corrected area. The function returns 0 if the corrected area is 0.
     pub fn relative_error(&self) -> f64 {
         match self.corrected > 0.0 {
             true => self.grid_error / self.corrected,

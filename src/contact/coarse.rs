@@ -5,16 +5,17 @@ use super::half_space::HalfSpace;
 use super::kernel::CellIntegrals;
 
 /// Fraction of newly free cells, relative to all free cells, above which the springs are reset. The neighbours of a
-/// newly free cell still have a spring to the ground that no longer exists. With more such cells M − S would not be
-/// positive.
+/// newly free cell still have a spring to the ground that no longer exists. If more cells were newly free, M − S would
+/// not be positive.
 const MAX_ADDED_FRACTION: f64 = 0.003;
 
-/// Number of springs on cells that are no longer free, relative to all free cells, above which the springs are reset.
-/// Springs that are too soft only cost iterations.
+/// Largest ratio of the springs on cells that are no longer free to all free cells. Above `MAX_REMOVED_FRACTION`, the
+/// solver resets the springs. The neighbours of a cell that is no longer free lack a spring to the ground. Springs to
+/// the ground that are too soft only cost iterations.
 const MAX_REMOVED_FRACTION: f64 = 0.1;
 
-/// Limit of the pairwise update of the springs: changed cells times free cells, per cell of the grid. Beyond it a
-/// transform is faster.
+/// Limit of the pairwise update of the springs: changed cells times free cells, per cell of the grid. Beyond the limit,
+/// a transform is faster than the pairwise update.
 const MAX_PAIRS_PER_CELL: usize = 16;
 
 /// Far field, and the springs of the cells that were free when the springs were set.
@@ -22,7 +23,7 @@ pub(super) struct FarFieldCorrection {
     far_field: FarField<1>,
     /// Block of each cell of the grid.
     block: Vec<u32>,
-    /// Preconditioner applied to a unit displacement of the free cells, on these cells.
+    /// Springs to the ground, one per cell: the preconditioner applied to a unit displacement of the free cells.
     springs: Vec<f64>,
     /// Cells that were free when the springs were set, in ascending order, and a flag for every cell of the grid.
     cells: Vec<usize>,
@@ -30,8 +31,8 @@ pub(super) struct FarFieldCorrection {
     /// Preconditioner applied to a unit displacement of the first cell, on a quadrant of cells. Empty until needed.
     kernel: Vec<f64>,
     columns: usize,
-    /// Part of each kernel value that belongs to the mean over a period. The far field has no mean, so the springs
-    /// exclude it.
+    /// Contribution of the mean over a period to each kernel value. The far field has no mean, so the springs exclude
+    /// it.
     mean: f64,
     sums: Vec<f64>,
 }
@@ -59,7 +60,7 @@ impl FarFieldCorrection {
         self.far_field.exists()
     }
 
-    /// Returns true if too many of the `free` cells differ from the cells of the springs.
+    /// Returns true if too many cells in `free` have no spring, or if too many cells outside `free` have a spring.
     pub(super) fn is_stale(&self, free: &[usize]) -> bool {
         if !self.has_correction() {
             return false;
@@ -83,8 +84,8 @@ impl FarFieldCorrection {
             && (added + removed) * free.len() <= MAX_PAIRS_PER_CELL * self.block.len()
     }
 
-    /// Returns the kernel if it is still to be filled: the preconditioner applied to a unit displacement of the first
-    /// cell.
+    /// Returns the kernel if the kernel is still empty. The caller fills the empty kernel with the preconditioner's
+    /// tractions for a unit displacement of the first cell.
     pub(super) fn kernel(&mut self) -> Option<&mut Vec<f64>> {
         self.kernel.is_empty().then_some(&mut self.kernel)
     }
@@ -113,7 +114,7 @@ impl FarFieldCorrection {
                 continue;
             }
             self.is_free[d] = true;
-            // All cells that are free so far: those that remain free, and those that this loop has added.
+            // Iterate over the cells that remain free, and over the cells that the loop over `d` has already added.
             for &c in free.iter().filter(|&&c| self.is_free[c]) {
                 let spring = scaling(c) * between(c, d) * scaling(d);
                 self.springs[c] += spring;

@@ -1,4 +1,4 @@
-//! Blocks of K that couple pressure and shear, for bodies that differ elastically.
+//! Blocks of the compliance K that couple the pressure and the shear of bodies with different elastic constants.
 //!
 //! Take a half space with z pointing into it and its surface at z = 0. A point force at the origin displaces (x, y, 0)
 //! by (Johnson, Contact Mechanics, eq. 3.18 f. and §3.6)
@@ -15,9 +15,10 @@
 //! | along x under p | −c_l p x/r² | −c_u p x/r² |
 //! | normal, into the body, under q_x | +c_l q_x x/r² | −c_u q_x x/r² |
 //!
-//! The gap opens by w_z, the sum of both normal displacements. The tangential displacement of the lower surface less
-//! that of the upper surface is w_x; the slip of the upper body lags behind the motion Δδ by w_x. The signs of w_z and
-//! w_x follow the uncoupled blocks, where u = Kp opens the gap and s = Δδ − Kq. Hence, with γ = c_l − c_u = β/(πE*),
+//! The gap opens by w_z, the sum of both normal displacements. w_x is the tangential displacement of the lower surface
+//! minus the tangential displacement of the upper surface. The slip of the upper body is the motion Δδ minus w_x. In
+//! the uncoupled blocks, u = Kp opens the gap, and the slip is s = Δδ − Kq. w_z enters the gap with the sign of Kp, and
+//! w_x enters the slip with the sign of Kq. Hence, with γ = c_l − c_u = β/(πE*),
 //!
 //! K_zx = γ x/r², K_xz = −γ x/r². K_xz is the transpose of K_zx, so the whole K is symmetric, as reciprocity requires.
 //!

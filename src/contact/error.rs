@@ -5,7 +5,7 @@ use crate::grid::Grid;
 /// Error of a contact solve without a trustworthy result.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ContactError {
-    /// The solver reached its limit of iterations.
+    /// The solver has reached the limit of iterations without convergence.
     #[error(
         "the {problem} contact did not converge: error {error:.3e} after {iterations} iterations; the tolerance is {tolerance:.1e}"
     )]
@@ -69,7 +69,7 @@ pub enum ContactError {
         /// Rejected value.
         value: f64,
     },
-    /// A number is out of its range.
+    /// A given number is outside the range that the solver accepts.
     #[error("{name} is {value:e}; it must be {expected}")]
     OutOfRange {
         /// Name of the number.
@@ -108,8 +108,8 @@ pub(super) fn check_length(
     }
 }
 
-/// Returns [`ContactError::Length`], or [`ContactError::NotFinite`] for the first cell that `counts` whose value is not
-/// finite.
+/// Returns [`ContactError::Length`] if the number of values differs from the number of cells. Returns
+/// [`ContactError::NotFinite`] for the first cell whose value is not finite. `counts` selects the cells to check.
 pub(super) fn check_field(
     field: &'static str,
     values: &[f64],

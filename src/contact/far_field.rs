@@ -1,10 +1,11 @@
 //! Far field of a contact: the displacement of the surface between the spots, for the preconditioners of the solvers.
 //!
 //! A preconditioner M connects each free cell by springs to all other cells. A spring to a cell that is not free acts
-//! as a spring to the ground, as if the surface between the spots were fixed. In truth that surface moves too, so the
-//! far field is softer. Let S = M 1 be the springs to the ground, and split M = (M − S) + S. Replace the ground by a
-//! far field of compliance L: this gives (M − S) + (S⁻¹ + L)⁻¹ = M − S (L⁻¹ + S)⁻¹ S. The result stays positive
-//! definite, because M − S consists of springs between free cells. L is a small dense matrix between blocks of cells.
+//! as a spring to the ground. A spring to the ground assumes a fixed surface between the spots. The real surface
+//! between the spots moves, so the real far field is softer. Let S = M 1 be the springs to the ground, and split M = (M
+//! − S) + S. A far field of compliance L replaces the ground. The preconditioner becomes (M − S) + (S⁻¹ + L)⁻¹ = M − S
+//! (L⁻¹ + S)⁻¹ S. The result stays positive definite, because M − S consists of springs between free cells. L is a
+//! small dense matrix between blocks of cells.
 //!
 //! The module `far_field` stores the blocks of cells. The solvers store the springs of each cell, and sum the springs
 //! over each block.
@@ -16,8 +17,8 @@ use super::kernel::{CellIntegrals, cell_integrals};
 use super::sums::dot;
 use crate::grid::Grid;
 
-/// Largest number of blocks. A factorisation of their matrix then costs no more than a pair of transforms of the grids
-/// that have so many blocks.
+/// Largest number of blocks. With 144 blocks, one factorisation of the matrix between blocks takes at most the time of
+/// two transforms of the grid.
 const MOST_BLOCKS: f64 = 144.0;
 
 /// Smallest number of cells along each side of a block.
@@ -59,7 +60,7 @@ impl<const A: usize> FarField<A> {
         let grid = half_space.grid();
         let [lx, ly] = grid.size();
         // If a mesh takes compliance away from the half spaces, hardly any far field is left. If the bodies add
-        // compliance, this compliance is most of the far field.
+        // compliance, the added compliance is most of the far field.
         let added = half_space.nodal().filter(|nodal| nodal.shear.is_none());
         let [mx, my] = match (half_space.nodal(), added) {
             (None, _) | (_, Some(_)) => numbers(grid),
@@ -268,8 +269,9 @@ fn numbers(grid: Grid) -> [usize; 2] {
     [clamped(all / y as f64, grid.nx), y]
 }
 
-/// Computes the [`cell_integrals`] of a traction that is periodic over `lengths` and acts on one of `blocks`. The
-/// integrals are averaged over the block that is `offset` blocks away. The mean displacement is zero.
+/// Computes the [`cell_integrals`] of a traction on one block. The traction is periodic over `lengths`, and `blocks`
+/// divides a period into blocks. The function averages the integrals over a block at a distance of `offset` blocks from
+/// the loaded block. The mean displacement is zero.
 fn periodic_integrals(offset: [usize; 2], blocks: [usize; 2], lengths: [f64; 2]) -> CellIntegrals {
     let mut sum = CellIntegrals::default();
     let area = 1.0 / (blocks[0] * blocks[1]) as f64;

@@ -39,8 +39,8 @@ pub enum Shear {
 
 /// Compliance K of both half spaces on a grid, as convolutions, with the preconditioners of the contact solvers.
 ///
-/// The tangential kernels are built on first use, so a normal contact has no storage for them. The coupling kernels are
-/// also built on first use, and only for coupled bodies.
+/// `HalfSpace` builds the tangential kernels on first use, so a normal contact stores no tangential kernels.
+/// `HalfSpace` builds the coupling kernels on first use, and only for coupled bodies.
 pub struct HalfSpace {
     grid: Grid,
     pair: Pair,
@@ -50,7 +50,7 @@ pub struct HalfSpace {
     /// Convolution for the preconditioner, periodic on a plane hardly larger than the grid. Costs a quarter of
     /// `convolution` for a free boundary.
     inverse: Convolution,
-    /// Grid that covers this plane.
+    /// Grid that covers the plane of the preconditioner.
     inverse_grid: Grid,
     workspace: Workspace,
     normal: Vec<f64>,
@@ -108,8 +108,8 @@ impl HalfSpace {
     /// stay the same.
     ///
     /// # Errors
-    /// Returns [`ContactError::Length`] if a matrix does not fit the nodes or the nodes do not fit the grid, and
-    /// [`ContactError::OutOfRange`] if the nodes belong to cells of another size.
+    /// Returns [`ContactError::Length`] if a matrix does not match the nodes, or if the nodes do not match the
+    /// grid. Returns [`ContactError::OutOfRange`] if the nodes belong to cells of another size.
     pub fn set_nodal(&mut self, nodal: Option<Arc<NodalCompliance>>) -> Result<(), ContactError> {
         if let Some(nodal) = &nodal {
             nodal.check()?;
@@ -160,7 +160,7 @@ impl HalfSpace {
         self.nodal.as_ref()
     }
 
-    /// Sets the number of threads of the transforms. Results do not depend on it.
+    /// Sets the number of threads of the transforms. The results do not depend on the number of threads.
     pub fn set_threads(&mut self, threads: usize) {
         self.workspace = Workspace::new(threads);
     }
@@ -185,34 +185,36 @@ impl HalfSpace {
         self.workspace.progress_counter = gauge;
     }
 
-    /// Returns the pairs of transforms since the last call, in units of a pair of the compliance's convolution, and
-    /// resets the count.
+    /// Returns the number of pairs of transforms since the last call, and resets the number to 0. The unit is one pair
+    /// of transforms in a convolution with the compliance.
     pub fn take_pairs(&mut self) -> f64 {
         self.workspace.take_pair_count()
     }
 
-    /// Adds pairs that [`HalfSpace::take_pairs`] returned before, so that the next call counts them.
+    /// Adds a number of pairs that [`HalfSpace::take_pairs`] has returned. The next call of [`HalfSpace::take_pairs`]
+    /// includes the added pairs.
     pub fn count_pairs(&mut self, pairs: f64) {
         self.workspace.add_pair_count(pairs);
     }
 
-    /// Returns the displacement of a cell under unit pressure on itself alone \[m/Pa\]. This displacement is the scale
-    /// of the smallest eigenvalues of K.
+    /// Returns the displacement of a cell under unit pressure on the cell alone \[m/Pa\]. The displacement under unit
+    /// pressure is the scale of the smallest eigenvalues of K.
     pub fn self_compliance(&self) -> f64 {
         self.pair.compliance() * cell_integrals(0.0, 0.0, self.grid.dx, self.grid.dy).inverse
     }
 
-    /// Returns the displacement of a cell under unit shear on itself alone \[m/Pa\], along the stiffer axis. This
-    /// displacement is the scale of the smallest eigenvalues of K for shear.
+    /// Returns the displacement of a cell under unit shear on the cell alone \[m/Pa\], along the stiffer axis. The
+    /// displacement under unit shear is the scale of the smallest eigenvalues of K for shear.
     pub fn self_shear_compliance(&self) -> f64 {
         let cell = cell_integrals(0.0, 0.0, self.grid.dx, self.grid.dy);
         self.pair.compliance() * cell.inverse
             + self.pair.lateral_compliance() * cell.xx.min(cell.yy)
     }
 
-    /// Returns the stiffness that the preconditioners of a periodic contact assign to a mean displacement, divided by
-    /// the number of cells \[Pa/m\]: for the pressure, then for the shear. The mean stiffness couples all cells of a
-    /// period equally. The mean stiffness is 0 for a free boundary, where the ground resists a mean displacement.
+    /// Returns the stiffness of the preconditioners of a periodic contact against a mean displacement, divided by the
+    /// number of cells \[Pa/m\]. The function returns the stiffness for the pressure first, then the stiffness for the
+    /// shear. The mean stiffness couples all cells of a period equally. The mean stiffness is 0 for a free boundary,
+    /// where the ground resists a mean displacement.
     pub(super) fn mean_stiffness(&self) -> [f64; 2] {
         match self.boundary {
             Boundary::Free => [0.0; 2],
@@ -306,8 +308,8 @@ impl HalfSpace {
         }
     }
 
-    /// Computes an approximate shear along one axis for a displacement along the same axis. Ignores the shear that this
-    /// displacement causes along the other axis.
+    /// Computes an approximate shear along one axis for a displacement along the same axis. The approximation ignores
+    /// that a displacement along one axis causes shear along the other axis.
     pub(super) fn single_axis_shear_inverse(
         &mut self,
         axis: usize,
@@ -440,8 +442,8 @@ impl HalfSpace {
     }
 }
 
-/// The preconditioner's plane is longer than the grid by one part in `MARGIN_DIVISOR` along each side. Without this margin,
-/// cells at opposite edges of a free contact would couple.
+/// The preconditioner's plane is longer than the grid by one part in `MARGIN_DIVISOR` along each side. Without a margin
+/// between grid and plane, cells at opposite edges of a free contact would couple.
 const MARGIN_DIVISOR: usize = 32;
 
 /// Returns the number of points of the preconditioner's plane. The plane of a periodic contact is the grid itself, even
@@ -497,8 +499,8 @@ impl Symbols {
         (x, y, x.hypot(y))
     }
 
-    /// Returns true at a Nyquist wave number. The sign of a Nyquist wave number is undefined, so an odd product has no
-    /// real value at this wave number.
+    /// Returns true at a Nyquist wave number. The sign of a Nyquist wave number is undefined. A product that is odd in
+    /// a Nyquist wave number has no real value.
     fn nyquist(&self, m: isize, n: usize) -> bool {
         2 * m.unsigned_abs() == self.grid.nx || 2 * n == self.grid.ny
     }
@@ -521,9 +523,9 @@ impl Symbols {
         [a, a + b * (y / k).powi(2), a + b * (x / k).powi(2), xy]
     }
 
-    /// Returns the inverse of [`Symbols::compliance`]. The rigid mode gets 2E*√(A/π) over A: a square patch with the
-    /// longer side of the grid, taken as a round punch of equal area. The stiffness of the rigid mode is less than the
-    /// stiffness of any other mode, for any shape of the grid.
+    /// Returns the inverse of [`Symbols::compliance`]. The rigid mode has the stiffness 2E*√(A/π) divided by A. A is
+    /// the area of a square with the longer side of the grid. 2E*√(A/π) is the stiffness of a round punch with the area
+    /// A. The stiffness of the rigid mode is less than the stiffness of any other mode, for any shape of the grid.
     fn stiffness(&self, m: isize, n: usize) -> [f64; 4] {
         let (x, y, k) = self.wave(m, n);
         let (a, b) = (

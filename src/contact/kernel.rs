@@ -1,11 +1,11 @@
 //! Kernels of a half space: displacement at a point under unit traction on a rectangular cell.
 //!
-//! The kernels are the integrals of 1/r, x²/r³, y²/r³ and xy/r³ over the cell [A eq. 2.3–2.4; Love 1929; Johnson,
-//! Contact Mechanics, §3.2 and §3.6]. The integrals of x/r² and y/r² give the tangential displacement under pressure
-//! and the normal displacement under shear.
+//! The kernels are integrals over the cell. The integrands are 1/r, x²/r³, y²/r³ and xy/r³ [A eq. 2.3–2.4; Love 1929;
+//! Johnson, Contact Mechanics, §3.2 and §3.6]. The integrals of x/r² and y/r² give the tangential displacement under
+//! pressure and the normal displacement under shear.
 
-/// Distance in cell lengths beyond which [`gauss`] replaces the closed forms. The closed forms lose (r/cell)² · 1e-16
-/// to cancellation, while [`gauss`] with four points per side is exact to (cell/2r)⁸ ≈ 1e-12.
+/// Distance in cell lengths beyond which [`gauss`] replaces the closed forms. Cancellation causes an error of (r/cell)²
+/// · 1e-16 in the closed forms. The error of [`gauss`] with four points per side is (cell/2r)⁸ ≈ 1e-12.
 const FAR: f64 = 16.0;
 
 /// Gauss–Legendre abscissae on (−1, 1) and weights.
@@ -29,7 +29,8 @@ pub struct CellIntegrals {
     pub xy: f64,
 }
 
-/// Computes the integrals over a cell of `dx` × `dy` whose centre lies at (x, y) from the point of displacement \[m\].
+/// Computes the integrals over a cell of size `dx` × `dy` \[m\]. The vector from the point of displacement to the
+/// centre of the cell is (x, y).
 pub fn cell_integrals(x: f64, y: f64, dx: f64, dy: f64) -> CellIntegrals {
     if x.hypot(y) > FAR * dx.max(dy) {
         gauss(x, y, dx, dy)
@@ -81,10 +82,11 @@ fn gauss(x: f64, y: f64, dx: f64, dy: f64) -> CellIntegrals {
     sum
 }
 
-/// Computes ∫ x/r² dA and ∫ y/r² dA \[m\] over a cell of `dx` × `dy` whose centre lies at (x, y) from the point of
-/// displacement \[m\].
+/// Computes ∫ x/r² dA and ∫ y/r² dA \[m\] over a cell of size `dx` × `dy` \[m\]. The vector from the point of
+/// displacement to the centre of the cell is (x, y).
 ///
-/// The first integral is odd in x and the second odd in y, exactly: the first is 0 at x = 0, the second at y = 0.
+/// The first integral is exactly odd in x, and exactly 0 at x = 0. The second integral is exactly odd in y, and exactly
+/// 0 at y = 0.
 pub fn coupling_integrals(x: f64, y: f64, dx: f64, dy: f64) -> [f64; 2] {
     if x.hypot(y) > FAR * dx.max(dy) {
         coupling_gauss(x, y, dx, dy)
@@ -93,7 +95,8 @@ pub fn coupling_integrals(x: f64, y: f64, dx: f64, dy: f64) -> [f64; 2] {
     }
 }
 
-/// Computes ∫ x/r² dA from ½ y ln r² + x arctan(y/x) at the corners, without a term that cancels between them.
+/// Computes ∫ x/r² dA from ½ y ln r² + x arctan(y/x) at the four corners. A term of the antiderivative that cancels
+/// between the corners is omitted.
 fn coupling_closed(x: f64, y: f64, dx: f64, dy: f64) -> f64 {
     // Any length may scale r. The cell's own length keeps the logarithms, and thus their cancellation, small.
     let unit = dx * dy;

@@ -1,4 +1,5 @@
-//! Contact of two elastic half spaces: kernels, normal and tangential problem, their coupling, and contact stiffness.
+//! Contact of two elastic half spaces: kernels, normal problem, tangential problem, coupled problem, and contact
+//! stiffness.
 
 pub mod area;
 mod cells;

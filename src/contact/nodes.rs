@@ -1,12 +1,13 @@
 //! Compliance between the nodes of a coarse mesh, added to the compliance of the half spaces.
 //!
 //! The finite-element model of a structure ends in nodes on the contact plane and has a compliance between them. The
-//! half spaces act on the same contact, and what both models include must count once. The compliance of the cells is
-//! therefore K + A_c S D Sᵀ. D is the added compliance between nodes \[m/N\]: the structure's compliance less M, the
-//! compliance of the half spaces that its mesh already includes. A_c is the area of a cell. S averages the bilinear
-//! interpolation between nodes over each cell. Sᵀ distributes the traction of a cell among the nodes around it, so that
-//! the work on the cells equals the work on the nodes. If S took the interpolation at the centre of the cell instead,
-//! K − A_c S M Sᵀ would not be positive where a cell crosses the border of two rectangles.
+//! half spaces act on the same contact. The compliance that both models include must count only once. The compliance of
+//! the cells is K + A_c S D Sᵀ. D is the added compliance between nodes \[m/N\]: the compliance of the structure minus
+//! M. M is the compliance of the half spaces that the mesh of the structure already includes. A_c is the area of a
+//! cell. S averages the bilinear interpolation between nodes over each cell. Sᵀ distributes the traction of a cell
+//! among the nodes around the cell. The work on the nodes equals the work on the cell. S must average over the cell. If
+//! S interpolated at the centre of a cell that crosses the border of two rectangles, K − A_c S M Sᵀ would not be
+//! positive.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -22,14 +23,14 @@ use crate::grid::Grid;
 pub struct Interpolation {
     grid: Grid,
     counts: [usize; 2],
-    /// For each row and column of cells: the lowest node that contributes along the axis, and the weights of this node
-    /// and of the next two.
+    /// Weights of the nodes along an axis, for each row and column of cells. Each entry of `axis_weights` has the index
+    /// of the lowest contributing node, the weight of the lowest node, and the weights of the next two nodes.
     axis_weights: [Vec<(usize, [f64; 3])>; 2],
     /// Cells next to missing nodes, and how their nodal weights differ from the weights of the mean.
     weight_changes: Vec<(usize, Vec<(usize, f64)>)>,
 }
 
-/// Nodal weights below this are rounding and dropped.
+/// Smallest nodal weight. Smaller weights are rounding errors, and the interpolation drops them.
 const NEGLIGIBLE_WEIGHT: f64 = 1e-14;
 
 /// Returns the integral from −1 to `at` of the hat function on −1 to 1 with height 1.
@@ -55,8 +56,8 @@ impl Interpolation {
             );
             (0..cells)
                 .map(|cell| {
-                    // Lengths are multiples of a rectangle over the number of cells, so that no border depends on
-                    // rounding.
+                    // Lengths are integers divided by the number of cells. With integers, rounding does not move a
+                    // border between two rectangles.
                     let node = cell * rectangles / cells;
                     let from = |end: usize, node: usize| {
                         (end * rectangles) as f64 / cells as f64 - node as f64
@@ -79,8 +80,9 @@ impl Interpolation {
         }
     }
 
-    /// Removes missing nodes. A cell that draws on a missing node takes the interpolation at its centre instead of its
-    /// mean, so that forces keep their moments. A cell whose centre itself needs a missing node keeps its weights.
+    /// Removes missing nodes. If a cell needs a missing node, the interpolation at the centre of the cell replaces the
+    /// mean over the cell. The interpolation at the centre preserves the moments of the forces. If the centre of a cell
+    /// needs a missing node, the weights of the cell stay unchanged.
     pub fn without_missing_nodes(mut self, is_there: impl Fn(usize) -> bool) -> Self {
         let [nx, ny] = [self.grid.nx, self.grid.ny];
         let at_centre = |cells: usize, rectangles: usize, cell: usize| {
@@ -135,7 +137,7 @@ impl Interpolation {
         self.counts
     }
 
-    /// Returns the nodes that contribute to a cell, with their weights, which sum to one.
+    /// Returns the nodes that contribute to a cell, and the weights of the nodes. The weights sum to one.
     pub fn nodal_weights(&self, cell: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
         let (i, j) = self.grid.cell(cell);
         let ((m, x), (n, y)) = (self.axis_weights[0][i], self.axis_weights[1][j]);
@@ -291,8 +293,9 @@ impl NodalCompliance {
         }
     }
 
-    /// Returns the mean separation of blocks of cells under a pressure summed over the cells of each block \[m/Pa\],
-    /// row by row. `blocks` gives the block of every cell, and every block must contain a cell.
+    /// Returns the matrix of compliances between blocks of cells \[m/Pa\], row by row. An entry of the matrix is the
+    /// mean separation of one block divided by the sum of the pressures on the cells of another block. `blocks` gives
+    /// the block of every cell, and every block must contain a cell.
     pub(super) fn block_compliance(&self, blocks: &[u32]) -> Vec<f64> {
         let (nodes, count) = (
             self.interpolation.nodes(),

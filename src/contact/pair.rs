@@ -45,8 +45,8 @@ impl Pair {
         self.dundurs_beta().abs() > LEAST_BETA
     }
 
-    /// Returns γ = (1 − 2ν)/(4πG) of the lower body less that of the upper body = β/(πE*) \[1/Pa\]. The value γ is the
-    /// factor of x/r² and y/r² in the coupling of pressure and shear.
+    /// Returns γ = β/(πE*) \[1/Pa\]. γ is (1 − 2ν)/(4πG) of the lower body minus (1 − 2ν)/(4πG) of the upper body. The
+    /// value γ is the factor of x/r² and y/r² in the coupling of pressure and shear.
     pub(crate) fn coupling_compliance(&self) -> f64 {
         let term = |m: &Elastic| (1.0 - 2.0 * m.poisson_ratio) / m.shear_modulus();
         0.25 * (term(&self.lower) - term(&self.upper)) / PI
@@ -57,7 +57,8 @@ impl Pair {
         1.0 / (PI * self.effective_modulus())
     }
 
-    /// Returns Σ ν(1 + ν)/(πE), the factor of x²/r³, y²/r³ and xy/r³ in xx, yy and xy \[1/Pa\].
+    /// Returns Σ ν(1 + ν)/(πE) \[1/Pa\]. Σ ν(1 + ν)/(πE) is the factor of x²/r³, y²/r³ and xy/r³ in the displacements
+    /// xx, yy and xy.
     pub(crate) fn lateral_compliance(&self) -> f64 {
         self.sum(|m| m.poisson_ratio * (1.0 + m.poisson_ratio) / m.youngs_modulus) / PI
     }

@@ -1,5 +1,5 @@
-//! Comparison of the solvers with closed forms, on a coarse grid. A case takes milliseconds, and its error is the
-//! discretisation error.
+//! Comparison of the solvers with closed forms, on a coarse grid. A comparison takes milliseconds. The error of a
+//! comparison is the discretisation error.
 //!
 //! The cells are not square and the two bodies differ, so that exchanged axes or bodies are detected. The error of a
 //! field is ‖computed − exact‖₂/‖exact‖₂. `tests/doctor/orders.rs` solves the same cases on finer grids and fits the
@@ -25,8 +25,7 @@ use crate::reference::{
 /// Resolution of a case.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Resolution {
-    /// Refinement factor: a contact has 26 × 20 cells times this factor in each direction, a vibration 32 samples per
-    /// cycle times this factor.
+    /// Refinement factor n: a contact has 26 n × 20 n cells, and a vibration has 32 n samples per cycle.
     pub refinement: usize,
     /// Offset of the contact's centre from a corner of the cells, in cells along x and y.
     pub placement: (f64, f64),
@@ -38,7 +37,8 @@ pub const RESOLUTION: Resolution = Resolution {
     placement: (0.26, 0.71),
 };
 
-/// A computed quantity and its exact value, in SI units. For a field, they are root mean squares.
+/// A computed quantity and its exact value, in SI units. For a field, the computed and the exact value are root mean
+/// squares.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Measure {
     /// Names of the closed form and the quantity.
@@ -198,7 +198,7 @@ fn normal_options() -> NormalOptions {
     }
 }
 
-/// Presses the sphere on a plane that is large enough for a contact of this radius.
+/// Presses the sphere on a plane that is large enough for a contact of radius `contact_radius`.
 fn press_sphere(
     at: Resolution,
     contact_radius: f64,
@@ -259,8 +259,8 @@ fn circular_punch(at: Resolution) -> Measures {
     ])
 }
 
-/// Compares the sphere with its pressure capped at 0.7 of the elastic peak. The reference is an axisymmetric solution
-/// on rings that are 16 times finer.
+/// Compares the pressed sphere with the reference, both with pressures of at most 0.7 times the elastic peak. The
+/// reference is an axisymmetric solution on rings that are 16 times finer.
 fn capped_hertz(at: Resolution) -> Measures {
     let sphere = SPHERE.hertz();
     let cap = 0.7 * sphere.peak_pressure();
@@ -364,8 +364,8 @@ fn cattaneo_mindlin(at: Resolution) -> Measures {
     ])
 }
 
-/// Compares the phase resonance of a mass on a Jenkins element, at about six times the displacement at which it begins
-/// to slide.
+/// Compares the computed phase resonance of a mass on a Jenkins element with the exact one. The mass vibrates at about
+/// six times the displacement at which the Jenkins element begins to slide.
 fn jenkins_oscillator(at: Resolution) -> Measures {
     const FORCE: f64 = 80.0;
     let exact = JenkinsOscillator {

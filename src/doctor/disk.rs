@@ -8,12 +8,12 @@ use super::{Check, State};
 use crate::store::{EntryKind, FileSystem, LockAttempt};
 use crate::tables::{Provenance, TableName, TypedTable, from_parquet, to_parquet, typed};
 
-/// Free space below which the doctor warns \[B\]. A run of the published case takes about 20 MB, a study of it ten
-/// times as much.
+/// Free space below which the doctor warns \[B\]. A run of the published case takes about 20 MB of disk space. A study
+/// of the published case takes ten times as much space.
 const LITTLE_SPACE: u64 = 1 << 30;
-/// Free space that is too small for a single run \[B\].
+/// Free disk space below which a single run does not fit on the disk \[B\].
 const NO_SPACE: u64 = 64 << 20;
-/// Duration above which a commit delays runs noticeably \[s\]: an iteration of a small joint takes as long.
+/// Duration above which a commit delays runs noticeably \[s\]: an iteration of a small joint takes about this duration.
 const SLOW_COMMIT: f64 = 0.25;
 /// Size of the committed test file \[B\].
 const COMMIT_BYTES: usize = 300_000;
@@ -44,7 +44,7 @@ pub(super) fn folder(fs: &dyn FileSystem, requested: &Path) -> Vec<Check> {
     checks
 }
 
-/// Returns the folder, or its nearest parent that exists.
+/// Returns `folder` if the folder exists, or the nearest parent of `folder` that exists.
 fn nearest(fs: &dyn FileSystem, folder: &Path) -> io::Result<PathBuf> {
     for level in folder.ancestors() {
         let level = if level.as_os_str().is_empty() {
@@ -96,7 +96,7 @@ fn space(fs: &dyn FileSystem, requested: &Path, existing: &Path) -> Check {
     }
 }
 
-/// Checks the steps of a commit: write, sync, rename a folder, sync its parent.
+/// Checks the steps of a commit: write a file, sync the file, rename a folder, sync the parent of the folder.
 fn commit(fs: &dyn FileSystem, work: &Path) -> Check {
     const NAME: &str = "commit";
     let bytes = vec![0x5a; COMMIT_BYTES];

@@ -1,7 +1,7 @@
-//! Checks of `fretwear doctor`: can this machine compute runs and keep them?
+//! Checks of `fretwear doctor`: can the machine compute runs and store the results?
 //!
-//! The checks use the same code as runs (the store's file system, the solvers' transforms and factorisations, the
-//! tables' Parquet), so they detect the failures that runs would have. They leave no files.
+//! The checks use the code of runs: the store's file system, the solvers' transforms and factorisations, and the
+//! tables' Parquet. The checks detect failures that a run would have. The checks leave no files on the disk.
 
 pub mod closed_forms;
 mod disk;
@@ -22,13 +22,13 @@ pub use machine::{seconds_of_operation, seconds_of_pair};
 pub enum State {
     /// No problem.
     Ok,
-    /// Runs are correct, but slow, short of disk space, or computed twice.
+    /// Runs give correct results. Runs can be slow, lack disk space, or be computed twice.
     Warning,
     /// Runs would fail or could be wrong.
     Failed,
 }
 
-/// A check with its result.
+/// A check of the doctor, with the result of the check.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Check {
     /// Name of the checked item.
@@ -71,9 +71,9 @@ impl Check {
     }
 }
 
-/// Checks the folder for runs, the processor and the numerics, the solvers against closed forms, and the cache of
-/// structures. `cache` is `None` if the cache is switched off. A folder that does not exist yet is checked where it
-/// would be created.
+/// Checks the folder for runs, the processor, the numerics, and the cache of structures. Compares the solvers with
+/// closed forms. `cache` is `None` if the cache is switched off. If a folder does not exist yet, the doctor checks the
+/// nearest parent of the folder that exists.
 pub fn examine(fs: &dyn FileSystem, folder: &Path, cache: Option<&Path>) -> Vec<Check> {
     let mut checks = disk::folder(fs, folder);
     checks.extend(machine::numerics());

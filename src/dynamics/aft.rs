@@ -7,32 +7,34 @@ use super::march::Slope;
 use super::{DynamicsError, Harmonics};
 use crate::linalg::{add_product_of_rows, add_scaled};
 
-/// Element of the interface, which gives the forces for displacements over a cycle.
+/// Element of the interface. An element computes its forces over a cycle from its displacements over the cycle.
 ///
 /// Displacements and forces are `[x, y, n]` at the samples of one cycle. The [module](super) defines the signs.
 pub trait InterfaceElement: Sync {
     /// Checks the parameters. `element` is the index for the error.
     fn check(&self, element: usize) -> Result<(), DynamicsError>;
 
-    /// Returns the stiffness per direction \[N/m\] of the reference state, about which the element is linearised: stuck
-    /// if loaded, open if it has a gap.
+    /// Returns the stiffness per direction \[N/m\] of the reference state. The solver linearises the element about the
+    /// reference state. The reference state of a loaded element is stuck; the reference state of an element with a gap
+    /// is open.
     fn reference_stiffness(&self) -> [f64; 3];
 
     /// Returns true if the force is exactly the reference stiffness times the displacement at every sample.
     fn follows_reference(&self, displacement: &[[f64; 3]]) -> bool;
 
-    /// Returns the share of the element that follows the reference at every sample, if the whole element does not.
+    /// Returns the share of the element that follows the reference at every sample, for an element that does not follow
+    /// the reference as a whole.
     fn reference_share(&self, _displacement: &[[f64; 3]]) -> f64 {
         0.0
     }
 
-    /// Returns true if the derivative is so expensive that several nearby states should share it.
+    /// Returns true if the derivative is so expensive that several nearby states should share one derivative.
     fn is_costly(&self) -> bool {
         false
     }
 
-    /// Adds the part of the force with a closed form, which is not sampled, to the coefficients of the force and to
-    /// their Jacobian, if given.
+    /// Adds the part of the force that has a closed form and is not sampled. The function adds to the coefficients of
+    /// the force, and to the Jacobian of the coefficients if given.
     fn add_exactly(
         &self,
         _harmonics: &Harmonics,
@@ -42,7 +44,7 @@ pub trait InterfaceElement: Sync {
     ) {
     }
 
-    /// Computes the forces \[N\] over the steady cycle, and their derivative if given.
+    /// Computes the forces \[N\] over the steady cycle, and the derivative of the forces if `derivative` is given.
     ///
     /// The array of forces may have any content before; the derivative must be zero before. `scratch` is working
     /// memory.
@@ -60,7 +62,7 @@ pub trait InterfaceElement: Sync {
 pub struct PeriodicityError {
     /// Number of simulated cycles.
     pub cycles: usize,
-    /// Change of the force from one cycle to the next, relative to its largest value.
+    /// Change of the force from one cycle to the next, relative to the largest force.
     pub change: f64,
     /// Largest value of the force \[N\].
     pub largest: f64,
@@ -90,8 +92,9 @@ impl PeriodicityError {
 
 /// Derivatives of the sampled forces with respect to the coefficients of displacement, stored by kind.
 ///
-/// A contribution is a stiffness throughout the cycle, a stiffness at one sample, or a change that persists from a
-/// sample to the end of the cycle. Normal forces have no memory, so only tangential forces have persistent changes.
+/// A contribution is a stiffness throughout the cycle, a stiffness at one sample, or a persistent change. A persistent
+/// change begins at a sample and lasts until the end of the cycle. Normal forces have no memory, so only tangential
+/// forces have persistent changes.
 pub struct ForceDerivatives<'a> {
     /// Coefficients per direction.
     pub coefficients: usize,
@@ -107,9 +110,9 @@ struct Parts {
     stiffness: [f64; 3],
     /// Sample, direction and stiffness of each contribution at one sample.
     at: Vec<(usize, usize, f64)>,
-    /// Samples at which a persistent change begins, in the order of their first request.
+    /// Samples at which a persistent change begins, in the order in which the element requests the samples.
     from: Vec<usize>,
-    /// For each sample, its place in `from` plus one, or 0 without a change.
+    /// Index of each sample in `from` plus one, or 0 if no persistent change begins at the sample.
     place: Vec<usize>,
     /// The persistent changes of the tangential forces, x then y, `3 × coefficients` each.
     lasting: Vec<f64>,
@@ -126,8 +129,8 @@ impl ForceDerivatives<'_> {
         self.parts.at.push((j, direction, stiffness));
     }
 
-    /// Returns the persistent changes of the derivatives of both tangential forces that begin at sample `j`: the row of
-    /// x, then the row of y, `3 × coefficients` each.
+    /// Returns the persistent changes of the derivatives of the tangential forces from sample `j`. The row of x comes
+    /// first, then the row of y. Each row has `3 × coefficients` values.
     pub fn lasting_change(&mut self, j: usize) -> &mut [f64] {
         let width = 6 * self.coefficients;
         let Parts {
@@ -154,7 +157,8 @@ pub struct Sampling {
     basis: Vec<f64>,
     /// Transpose of `basis`, `coefficients × samples`.
     waves: Vec<f64>,
-    /// Coefficients of a force that is 0 before a sample and 1 from that sample to the last, `samples × coefficients`.
+    /// Coefficients of step forces, `samples × coefficients`. Step force j is 0 before sample j, and 1 from sample j to
+    /// the last sample.
     tails: Vec<f64>,
 }
 
@@ -163,9 +167,10 @@ pub struct Sampling {
 pub struct Scratch {
     /// Tangential forces of a slider at the samples.
     pub(super) force: Vec<[f64; 2]>,
-    /// Derivatives of its steps.
+    /// Derivatives of the steps of the slider.
     pub(super) slopes: Vec<Slope>,
-    /// Derivative of its force with respect to the coefficients, x then y, less the derivative of a sticking slider.
+    /// Derivative of the slider's force minus the derivative of a sticking slider's force. Both derivatives are with
+    /// respect to the coefficients, x then y.
     pub(super) offset: Vec<f64>,
     /// `offset` after the next step.
     pub(super) next: Vec<f64>,
@@ -221,8 +226,8 @@ impl Sampling {
         })
     }
 
-    /// Returns true if an element whose displacement has these three rows of coefficients follows its reference
-    /// throughout the cycle.
+    /// Returns true if an element follows its reference throughout the cycle of a displacement. Three rows of
+    /// coefficients give the displacement of the element.
     pub fn follows_reference<E: InterfaceElement>(
         &self,
         element: &E,
@@ -289,8 +294,8 @@ impl Sampling {
 
     /// Computes the coefficients of the force of `element` and their Jacobian.
     ///
-    /// `displacement` and `force` are three rows of coefficients (x, y, n). `jacobian`, if given, is the square matrix
-    /// ∂force/∂displacement of `3 × coefficients` rows, row by row.
+    /// `displacement` and `force` are three rows of coefficients (x, y, n). `jacobian` is optional: the square matrix
+    /// ∂force/∂displacement with `3 × coefficients` rows, stored row by row.
     pub fn evaluate<E: InterfaceElement>(
         &self,
         element: &E,
@@ -373,7 +378,7 @@ impl Sampling {
 }
 
 impl Parts {
-    /// Resets to a zero derivative over this number of samples.
+    /// Resets the parts to a zero derivative of a cycle with `samples` samples.
     fn cleared(&mut self, samples: usize) -> &mut Parts {
         self.stiffness = [0.0; 3];
         self.at.clear();

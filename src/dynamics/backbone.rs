@@ -1,12 +1,12 @@
-//! Backbone of a resonance: frequency, damping ratio and amplitude of the phase resonance over the level of the force,
-//! or over another parameter.
+//! Backbone of a resonance: frequency, damping ratio and amplitude of the phase resonance as functions of the force
+//! level. Another parameter can replace the force level.
 //!
 //! The damping ratio is defined by energy: ζ = E_d / (4π T). E_d is the energy that friction and damping dissipate per
-//! cycle, in all harmonics. T = ½ ω² q̂ᴴ M q̂ is the peak kinetic energy of the fundamental q̂ of all coordinates. At
-//! the phase resonance of a linear oscillator E_d = π c ω U² and T = ½ m ω² U², so ζ = c / 2mω, except for rounding.
-//! For a motion in one mode it equals the modal damping ratio of the extended periodic motion concept (M. Krack,
-//! Computers & Structures 154, 2015, 59), whose fundamental dissipates 2π ζ ω² a² at the modal amplitude a = √(q̂ᴴ M
-//! q̂).
+//! cycle, in all harmonics. T = ½ ω² q̂ᴴ M q̂ is the peak kinetic energy of the fundamental q̂ of all coordinates. A
+//! linear oscillator has E_d = π c ω U² and T = ½ m ω² U² at the phase resonance. The damping ratio of the oscillator
+//! is then ζ = c / 2mω, except for rounding. For a motion in one mode, the damping ratio ζ equals the modal damping
+//! ratio of the extended periodic motion concept (M. Krack, Computers & Structures 154, 2015, 59). The fundamental of
+//! this motion dissipates 2π ζ ω² a² at the modal amplitude a = √(q̂ᴴ M q̂).
 
 use super::branch::{Branch, LevelParameter};
 use super::contact_element::ContactElement;
@@ -28,7 +28,7 @@ pub struct LoadLevels {
 /// Phase resonance on a backbone.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BackbonePoint {
-    /// Number of the branch, from 0; it increases by one after each level at which the amplitude leaps.
+    /// Number of the branch, from 0. The number increases by one after each level at which the amplitude leaps.
     pub branch: usize,
     /// The level, as in [`LoadLevels`].
     pub level: f64,
@@ -40,7 +40,8 @@ pub struct BackbonePoint {
     pub damping_ratio: f64,
     /// Half range of the first harmonic at the response port \[m\].
     pub amplitude: f64,
-    /// Peak kinetic energy of the first harmonic over all coordinates, twice its mean over the cycle \[J\].
+    /// Peak kinetic energy of the first harmonic, summed over all coordinates \[J\]. The peak is twice the mean kinetic
+    /// energy of the cycle.
     pub kinetic_energy: f64,
     /// Energy per cycle, in all harmonics.
     pub energy: Energy,
@@ -76,8 +77,8 @@ impl BackbonePoint {
 pub enum BackboneEnd {
     /// The backbone reaches the last level.
     Reached,
-    /// The backbone ends before the last level, because friction at its limit takes no more energy and nothing else
-    /// bounds the amplitude.
+    /// The backbone ends before the last level, because nothing bounds the amplitude at the next level. Friction at its
+    /// limit takes no more energy from the vibration.
     Unbounded {
         /// The first level without a phase resonance.
         level: f64,
@@ -93,12 +94,12 @@ pub enum BackboneEnd {
     },
     /// The backbone ends before the last level, because the next phase resonance belongs to another mode.
     OtherMode {
-        /// The level of the other mode's resonance.
+        /// The level at which the solver found a resonance of another mode.
         level: f64,
     },
     /// The backbone ends before the last level, because the structure of the next level could not be built.
     StructureError {
-        /// The level of that structure.
+        /// The level of the structure that could not be built.
         level: f64,
     },
 }
@@ -110,19 +111,19 @@ pub struct Backbone {
     pub points: Vec<BackbonePoint>,
     /// Error at the first level, if the backbone begins at a later level.
     pub begin: Option<DynamicsError>,
-    /// Levels at which the branch folds back; beyond each of them the amplitude leaps to another branch.
+    /// Levels at which the branch folds back; beyond each fold the amplitude leaps to another branch.
     pub folds: Vec<f64>,
-    /// Reason for its end.
+    /// Reason for the end of the backbone.
     pub end: BackboneEnd,
     /// Number of solves for a phase resonance, including solves that gave no point.
     pub solves: usize,
-    /// Number of Newton iterations of these solves.
+    /// Number of Newton iterations of all solves for a phase resonance.
     pub iterations: usize,
 }
 
 /// Driven structure for the search of a phase resonance.
 pub struct DrivenStructure {
-    /// Its harmonic balance.
+    /// Harmonic balance of the driven structure.
     pub balance: HarmonicBalance<ContactElement>,
     /// Mass matrix of the reduced structure.
     pub(super) mass: Matrix,
@@ -141,7 +142,7 @@ impl DrivenStructure {
 }
 
 impl Vibration {
-    /// Combines this vibration with one of its balances.
+    /// Creates the driven structure of the vibration from a harmonic balance of the vibration.
     pub fn driven_structure(&self, balance: HarmonicBalance<ContactElement>) -> DrivenStructure {
         DrivenStructure {
             balance,
@@ -153,9 +154,10 @@ impl Vibration {
 
     /// Computes the backbone of the phase resonance of `balance`, upwards from the smallest level.
     ///
-    /// The level scales all loads except constant loads. The backbone begins with the strongest phase resonance of the
-    /// smallest level in the range of the vibration, and stays on its branch. If the amplitude leaps at a force but the
-    /// frequency hardly changes, the backbone continues after the leap as another branch.
+    /// The level scales all loads except constant loads. The backbone begins at the smallest level, with the strongest
+    /// phase resonance in the frequency range of the vibration. The backbone stays on the branch of this phase
+    /// resonance. If the amplitude leaps at a force but the frequency hardly changes, the backbone continues after the
+    /// leap as another branch.
     ///
     /// # Errors
     /// [`DynamicsError::OutOfRange`] for levels that form no range, or a balance without a drive. The error of
@@ -192,9 +194,9 @@ impl Vibration {
 /// Computes the phase resonance over a parameter, from its value `levels.from` to `levels.to`, up or down. `build`
 /// builds the structure for a value.
 ///
-/// The backbone begins with the strongest phase resonance of the first value in its range, and stays on its branch, as
-/// [`Vibration::backbone`]. An error of `build` after the first phase resonance ends the backbone and is returned with
-/// it.
+/// The backbone begins at the first value of the parameter, with the strongest phase resonance in the frequency range.
+/// The backbone stays on the branch of this phase resonance, as in [`Vibration::backbone`]. An error of `build` after
+/// the first phase resonance ends the backbone and is returned with it.
 ///
 /// # Errors
 /// The errors of `build` before the first phase resonance. [`DynamicsError::OutOfRange`] for levels that form no range.
@@ -207,7 +209,8 @@ pub fn resonance_over_parameter<E: From<DynamicsError>>(
     let targets = levels.targets(LevelParameter::OtherParameter)?;
     let mut current_value = targets[0];
     let driven = build(current_value)?;
-    // Building a structure may cost far more than its resonance, so no value is built twice in a row.
+    // Building a structure can cost far more than the resonance of the structure. No structure is built twice in a row
+    // for the same value.
     let set_level = |driven: &mut DrivenStructure, value: f64| {
         if value != current_value {
             *driven = build(value)?;

@@ -1,4 +1,4 @@
-//! Continuation of a branch of phase resonances over levels of the force or of another parameter.
+//! Continuation of a branch of phase resonances over the force level or over another parameter.
 
 use std::f64::consts::PI;
 
@@ -17,10 +17,10 @@ const REDUCTION: f64 = 0.3;
 const LEAST_STEP: f64 = 1e-5;
 /// Step up to which a large bend of the curve does not reduce the step.
 const FINE_STEP: f64 = 0.03;
-/// Largest logarithmic growth of the amplitude beyond the growth of the level in a step, and largest decrease. Beyond,
-/// the step may have left the branch.
+/// Largest logarithmic growth of the amplitude beyond the growth of the level in a step, and largest decrease. Beyond
+/// this limit, the step has possibly left the branch.
 const LEAP: f64 = 0.4;
-/// Largest relative change of the frequency in a step. Beyond, the resonance may belong to another mode.
+/// Largest relative change of the frequency in a step. Beyond this limit, the resonance can belong to another mode.
 const OTHER_MODE: f64 = 0.05;
 /// Allowed deviations from the line through the two previous points: of the logarithms of amplitude, damping ratio and
 /// frequency. A line between two points is eight times closer to the curve than the line beyond them.
@@ -29,8 +29,8 @@ const BEND: [f64; 3] = [0.05, 0.05, 2e-3];
 const SHARP: f64 = 4.0;
 /// Factor to the next level in the search for a first phase resonance.
 const ASCENT: f64 = 4.0;
-/// Logarithmic growth of the amplitude over the logarithmic growth of the level above which friction at its limit no
-/// longer bounds the amplitude.
+/// Largest ratio of the logarithmic growth of the amplitude to the logarithmic growth of the level. Above this ratio,
+/// friction at its limit no longer bounds the amplitude.
 const UNBOUNDED: f64 = 100.0;
 
 /// Point of the backbone with the start for the next point.
@@ -62,10 +62,10 @@ impl LocatedPoint {
 /// Kind of the levels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LevelParameter {
-    /// The level is the force. The amplitude hardly grows while friction bounds it, and grows in proportion to the
-    /// force if only damping bounds it.
+    /// The level is the force. The amplitude hardly grows while friction bounds the amplitude, and grows in proportion
+    /// to the force if only damping bounds the amplitude.
     Force,
-    /// The level is another parameter, over which the amplitude may rise or fall.
+    /// The level is a parameter other than the force. The amplitude can rise or fall with this parameter.
     OtherParameter,
 }
 
@@ -80,7 +80,7 @@ pub struct Branch<S> {
     iterations: usize,
 }
 
-/// Phase resonance, or the error of its search.
+/// Phase resonance, or the error of the search for the phase resonance.
 type SearchResult = Result<LocatedPoint, DynamicsError>;
 
 impl<S> Branch<S> {
@@ -96,8 +96,8 @@ impl<S> Branch<S> {
     }
 
     /// Computes the backbone through all targets. With `is_free`, every computed phase resonance is a point, and the
-    /// curvature determines their distance. An error of `set` after the first point ends the backbone and is returned
-    /// with it.
+    /// curvature determines the distance between points. An error of `set` after the first point ends the backbone; the
+    /// function returns the backbone and the error.
     ///
     /// # Errors
     /// The error of `set` before the first point. The error of the solver at the first level if no later level has a
@@ -201,8 +201,9 @@ impl<S> Branch<S> {
     /// Computes the phase resonance of the first level. If that fails, returns the phase resonance nearest to the first
     /// level, and the error.
     ///
-    /// If only friction bounds the resonance, the resonance lies at the onset of sliding. Such a resonance is easier to
-    /// reach from a larger force. At a much smaller force the samples do not resolve the resonance.
+    /// If only friction bounds the resonance, the resonance lies at the onset of sliding. Newton's method reaches a
+    /// resonance at the onset of sliding more easily from a larger force. At a much smaller force the samples do not
+    /// resolve the resonance.
     fn first_resonance<E>(
         &mut self,
         targets: &[f64],
@@ -285,7 +286,7 @@ impl<S> Branch<S> {
         }
         self.solves += 1;
         let DrivenStructure { balance, range, .. } = &self.driven;
-        // If the curve bends, the extrapolation may be farther away than the last point.
+        // If the branch bends, the extrapolation can be farther from the solution than the last point.
         let response = match balance.phase_resonance_near(*range, &start) {
             Ok(response) => response,
             Err(_) => balance.phase_resonance_near(*range, &last.start)?,
@@ -360,14 +361,15 @@ impl LevelParameter {
         );
         let (old, new, step) = (last.shape(), next.shape(), next.level_change(last));
         let deviations = [0, 1, 2].map(|k| (new[k] - old[k] - slope[k] * step).abs() / BEND[k]);
-        // The logarithm of a zero damping ratio is not finite; it does not count.
+        // The logarithm of a zero damping ratio is not finite, so the function ignores the logarithm.
         deviations
             .into_iter()
             .filter(|d| d.is_finite())
             .fold(0.0, f64::max)
     }
 
-    /// Returns the step after a step of `distance`, as long as this bend and this growth of the amplitude allow.
+    /// Returns the length of the next step, as large as the last step allows. The last step has the length `distance`,
+    /// the bend `bend` and the growth `growth` of the amplitude.
     fn next_step(self, distance: f64, bend: f64, growth: f64) -> f64 {
         let by_bend = distance * (1.0 / bend.max(1e-3)).sqrt().clamp(REDUCTION, GROWTH);
         let [least, most] = self.growths(1.0);

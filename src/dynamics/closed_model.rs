@@ -1,14 +1,15 @@
-//! Structure with its contact closed by springs, for the harmonic balance.
+//! Model of a structure whose contact is closed by springs, for the harmonic balance.
 
 use num_complex::Complex64;
 
 use super::{DynamicsError, Harmonics};
 use crate::linalg::{RowMatrix, RowMatrix as Matrix, Scalar, add_scaled};
 
-/// Ratio of all ports to loaded ports up to which a product with all of R costs less than a product with gathered rows.
+/// Largest ratio of all ports to loaded ports for a product with the whole matrix R. Above this ratio, a product with
+/// gathered rows of R costs less.
 const MANY: usize = 8;
 
-/// Frequency response of the coordinates to forces on them.
+/// Frequency response of the coordinates to forces on the coordinates.
 pub trait Core: Send + Sync {
     /// Returns the number of coordinates.
     fn coordinates(&self) -> usize;
@@ -19,14 +20,14 @@ pub trait Core: Send + Sync {
     /// [`DynamicsError::Undamped`] at an undamped resonance, [`DynamicsError::Matrix`].
     fn receptance(&self, omega: f64) -> Result<Matrix<Complex64>, DynamicsError>;
 
-    /// Returns the natural angular frequencies \[rad/s\], ascending, so that a search does not step over a resonance;
-    /// empty if unknown.
+    /// Returns the natural angular frequencies \[rad/s\], ascending; empty if the model does not know them. A search
+    /// uses the natural frequencies so that no step skips a resonance.
     fn natural_frequencies(&self) -> &[f64] {
         &[]
     }
 
-    /// Computes the energy that damping dissipates over one cycle of `omega` at the amplitudes `displacement` caused by
-    /// `force`.
+    /// Computes the energy that damping dissipates per cycle at the angular frequency `omega`. The amplitudes `force`
+    /// cause the amplitudes `displacement`.
     fn loss(&self, omega: f64, displacement: &[Complex64], force: &[Complex64]) -> DampingLoss;
 }
 
@@ -39,8 +40,8 @@ pub struct DampingLoss {
     pub hysteretic: f64,
 }
 
-/// Structure whose contact is closed by springs: H(ω) = B Z(ω) Bᵀ + R, with the receptance Z of few coordinates and a
-/// residual R that does not depend on frequency.
+/// Structure whose contact is closed by springs: H(ω) = B Z(ω) Bᵀ + R. Z is the receptance of few coordinates. The
+/// residual R does not depend on frequency.
 pub struct ClosedModel {
     /// B, `ports × coordinates`. `None`: the ports are the coordinates.
     pub basis: Option<Matrix>,
@@ -50,8 +51,8 @@ pub struct ClosedModel {
     pub core: Box<dyn Core>,
     /// Number of the first coordinates that matter to a preconditioner; the others respond nearly statically.
     pub leading_coordinates: usize,
-    /// Own flexibility of each element \[m/N\], `contact_dofs × 3`, three rows per element: the element's block of R
-    /// and of the static response of the coordinates that are not leading.
+    /// Flexibility of each element under its own force \[m/N\], `contact_dofs × 3`, three rows per element. The
+    /// flexibility is the element's block of R plus the static response of the coordinates that are not leading.
     pub element_flexibility: Option<Matrix>,
     /// Rigid body motions without support, `ports × motions`, each scaled to a largest entry of 1.
     pub rigid_motions: Option<Matrix>,
@@ -87,7 +88,7 @@ impl ClosedModel {
         out
     }
 
-    /// Computes the complex amplitudes of the coordinates and of the forces on them, for one harmonic.
+    /// Computes for one harmonic the complex amplitudes of the coordinates and of the forces on the coordinates.
     pub(crate) fn amplitudes(
         harmonics: &Harmonics,
         index: usize,
@@ -105,7 +106,8 @@ impl ClosedModel {
         (core.apply(&force), force)
     }
 
-    /// Computes the coordinates due to forces on them, both `coordinates × coefficients`.
+    /// Computes the coordinates due to forces on the coordinates. Coordinates and forces are `coordinates ×
+    /// coefficients`.
     pub(crate) fn coordinates(
         harmonics: &Harmonics,
         cores: &[Matrix<Complex64>],
@@ -160,7 +162,7 @@ impl ClosedModel {
         out.into_values()
     }
 
-    /// Restricts the model to some of its ports, in this precision.
+    /// Returns the model restricted to `ports`, with matrices in `precision`.
     pub(crate) fn restricted_to(&self, ports: &[usize], precision: Precision) -> PortModel {
         let basis = self.basis.as_ref().map(|basis| rows_of(basis, ports));
         let residual = self.residual.as_ref();
@@ -226,14 +228,15 @@ impl<T: Scalar> PortMatrices<T> {
     }
 }
 
-/// Model restricted to some of its ports.
+/// Closed model restricted to some ports of the structure.
 pub(crate) struct PortModel {
     pub(crate) ports: Vec<usize>,
     parts: Parts,
 }
 
 impl PortModel {
-    /// Computes the coefficients of the displacement of these ports due to forces at them, dof by dof.
+    /// Computes the displacement of the ports of the restricted model due to forces at the same ports. Forces and
+    /// displacements are rows of coefficients, one row per port.
     pub(crate) fn respond(
         &self,
         harmonics: &Harmonics,
@@ -260,7 +263,7 @@ impl PortModel {
             let order = cores.first().map_or(0, Matrix::rows);
             let mut generalised = Matrix::zeros(order, n);
             for (i, &port) in self.ports.iter().enumerate() {
-                // A port may occur twice.
+                // A port can occur twice.
                 add_scaled(generalised.row_mut(port), 1.0, force.row(i));
             }
             let own = rows_of(&coordinates(&generalised), &self.ports);
@@ -269,7 +272,7 @@ impl PortModel {
         out.into_values()
     }
 
-    /// Computes the receptances among these ports for one core, `ports × ports`.
+    /// Computes the receptance matrix of the ports of the restricted model for one `core`, `ports × ports`.
     pub(crate) fn receptance(&self, core: &Matrix<Complex64>) -> Matrix<Complex64> {
         match &self.parts {
             Parts::Double(own) => own.receptance(&self.ports, core),

@@ -2,19 +2,20 @@
 //!
 //! All sliders of an element have the displacement of the element, and their forces add up. A slider is two coupled
 //! Jenkins elements in the plane and a unilateral spring along the normal. The normal load is `N(t) = max(0, N₀ + k_n
-//! (u_n − g₀))`. The tangential force is `T = k_t (u_t − w)`, where the position w of the slider moves when `T` would
-//! exceed the friction limit of `N(t)`. Without load the slider follows the displacement and `T = 0`. The element of [A
-//! §2b] is a bank of one slider.
+//! (u_n − g₀))`. The tangential force is `T = k_t (u_t − w)`, where w is the position of the slider. The slider moves
+//! when `T` would exceed the friction limit of `N(t)`. Without load the slider follows the displacement and `T = 0`.
+//! The element of [A §2b] is a bank of one slider.
 //!
-//! Under a steady load, a bank that is pulled along a line has a piecewise linear, concave force (Iwan 1966). Each
-//! slider has the friction limit of its own normal load. The stiffness and strength of the bank therefore follow the
-//! load, and the bank never creates energy. The bank implements the method of dimensionality reduction (Popov and Heß
-//! 2015).
+//! Under a steady load, a bank that is pulled along a line has a piecewise linear, concave force (Iwan 1966). The
+//! normal load of each slider sets the friction limit of the slider. The stiffness and the strength of the bank change
+//! with the normal load. The bank never creates energy. The bank implements the method of dimensionality reduction
+//! (Popov and Heß 2015).
 //!
-//! *Start of the sliders.* Friction can lock in a mean tangential force, so the mean is unique only together with a
-//! history. The history is: the preloaded state u = 0 and w = 0, then one step to the first sample, then cycle after
-//! cycle to the steady one. Between samples the displacement is straight and the load changes linearly; the law is
-//! integrated exactly for this motion.
+//! *Start of the sliders.* Friction can lock in a mean tangential force. The mean tangential force is unique only for a
+//! known history of the motion. The history begins at the preloaded state u = 0 and w = 0, with one step to the first
+//! sample. Full cycles follow until the cycle is steady. Between two samples, the displacement moves along a straight
+//! line and the normal load changes linearly. The march integrates the friction law exactly for a linear change of
+//! displacement and load.
 
 use super::aft::{ForceDerivatives, InterfaceElement, PeriodicityError, Scratch};
 use super::march::March;
@@ -28,10 +29,10 @@ use crate::linalg::add_scaled;
 pub enum ElementState {
     /// Always loaded, and no slider slips.
     Stick,
-    /// Always loaded. Some sliders slip, but in no step between samples all loaded ones. A bank of one slider never has
-    /// this state.
+    /// The element is always loaded. Some loaded sliders slip, but no step between two samples has all loaded sliders
+    /// slipping. A bank of one slider is never partial.
     Partial,
-    /// Always loaded. In some step all loaded sliders slip.
+    /// The element is always loaded. In some step between two samples all loaded sliders slip.
     Slip,
     /// In some step no slider is loaded.
     Open,
@@ -55,7 +56,8 @@ pub struct ContactElement {
 /// Forces and slip of one element over its steady cycle, at the samples of the displacement.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ElementCycle {
-    /// `[T_x, T_y, N]` \[N\]; N is the total normal load, not its change.
+    /// Tangential forces and normal load `[T_x, T_y, N]` \[N\]. N is the total normal load, not the change of the
+    /// normal load.
     pub force: Vec<[f64; 3]>,
     /// Energy dissipated in one cycle, Σ T·Δw of all sliders \[J\].
     pub dissipated_energy: f64,
@@ -86,7 +88,7 @@ impl ContactElement {
         self.sum(|slider| slider.normal_stiffness)
     }
 
-    /// Returns the tangential stiffness of all sliders together, before any of them slips \[N/m\].
+    /// Returns the tangential stiffness of all sliders together, before any slider slips \[N/m\].
     pub fn tangential_stiffness(&self) -> f64 {
         self.sum(|slider| slider.tangential_stiffness)
     }
@@ -178,13 +180,14 @@ impl ContactElement {
     }
 
     /// Returns true if a slider of a bank follows its reference, so that no march is needed. A single slider always
-    /// marches: its element is rarely evaluated while it follows the reference.
+    /// needs the march, because the solver rarely evaluates its element while the element follows the reference.
     fn is_linear(&self, slider: &Slider, displacement: &[[f64; 3]]) -> bool {
         self.sliders.len() > 1
             && slider.follows_reference(self.law, self.friction_coefficient, displacement)
     }
 
-    /// Computes the tangential forces of a slider in `scratch`. Adds their derivatives in the form of [`March::run`].
+    /// Computes the tangential forces of a slider in `scratch`. Adds the derivatives of the forces to `derivative`, in
+    /// the form of [`March::run`].
     fn march(
         &self,
         slider: &Slider,

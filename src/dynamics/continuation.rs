@@ -1,9 +1,10 @@
 //! Pseudo-arclength continuation of a branch of responses over a range of frequencies, through turning points.
 //!
-//! The followed curve consists of (cosine, sine) of the first harmonic at one port, scaled by the largest amplitude so
-//! far, and of ω, scaled by the width of the range. The curve does not depend on which elements are active. The curve
-//! also contains (cosine, sine) of every loaded harmonic of each loaded port: a resonance along another axis may bend
-//! over and open the contact, which the response port alone does not show.
+//! The continuation follows a curve in scaled coordinates. Two coordinates are the cosine and the sine of the first
+//! harmonic at one port, divided by the largest amplitude so far. Another coordinate is ω, divided by the width of the
+//! range. The curve does not depend on which elements are active. Every loaded port adds the cosine and the sine of its
+//! loaded harmonics to the curve. The displacement of the response port alone can miss a resonance along another axis.
+//! Such a resonance can bend over and open the contact.
 //!
 //! Steps go along the secant; `predictor.rs` predicts the response at the end of the step. From a phase resonance, the
 //! first step follows the change of the phase.
@@ -20,12 +21,13 @@ use super::predictor::{PREDICTOR_POINTS, extrapolated_number, extrapolated_start
 use super::{DynamicsError, HarmonicBalance, Response, Start};
 use crate::journal::Journal;
 
-/// Multiple of the smallest step up to which a step is accepted at any angle: the curve has kinks where slip begins.
+/// Largest step that the continuation accepts at any angle, divided by the smallest step. The curve has kinks where
+/// slip begins.
 const KINK: f64 = 32.0;
 /// Largest number of Newton iterations of an easy step, in place of `easy_iterations`, if some iterations reuse a
 /// Jacobian.
 const EASY_CHORDS: usize = 7;
-/// Distance of two responses at one frequency, over their largest coefficient, above which they differ.
+/// Smallest distance of two different responses at one frequency, divided by the largest coefficient of both responses.
 const DIFFERENT: f64 = 1e-3;
 /// First step from a phase resonance over the largest step.
 const FIRST_FROM_RESONANCE: f64 = 0.85;
@@ -34,14 +36,14 @@ const FIRST_FROM_RESONANCE: f64 = 0.85;
 const BEND: f64 = 0.19;
 /// Number of scan steps per distance of the last two frequencies, in the search for the next frequency.
 const STRIDES: usize = 8;
-/// Largest distance of the next frequency, in such distances.
+/// Largest distance of the next frequency from the last frequency, in distances of the last two frequencies.
 const FARTHEST: usize = 3;
 /// Number of bisections in the search for the next frequency.
 const HALVINGS: usize = 30;
 /// Largest number of points from a phase resonance to an end of the range: a closed branch has no end.
 const MOST_OF_HALF: usize = 300;
-/// Number of consecutive points at which friction gives energy that ends a branch. If friction gives as much as dampers
-/// take, the amplitude grows along the branch without bound.
+/// A branch ends after this number of consecutive points at which friction supplies energy. If friction supplies as
+/// much energy as the dampers dissipate, the amplitude grows along the branch without bound.
 const UNPHYSICAL: usize = 50;
 
 /// Settings of the continuation. Lengths are in units of the scaled curve, whose frequency axis has length 1.
@@ -49,13 +51,13 @@ const UNPHYSICAL: usize = 50;
 pub struct ContinuationSettings {
     /// Angular frequency of the first point \[rad/s\].
     pub from: f64,
-    /// Angular frequency that ends the branch \[rad/s\]; less than `from` for a downward sweep.
+    /// Angular frequency at the end of the branch \[rad/s\]. In a downward sweep, `to` is less than `from`.
     pub to: f64,
     /// Port whose first harmonic the continuation follows.
     pub port: usize,
     /// Length of the first step; 1/60 of the range is a usual resolution.
     pub step: f64,
-    /// Smallest length; the continuation stops below it.
+    /// Smallest length of a step; the continuation stops if a step must be shorter.
     pub least_step: f64,
     /// Largest length: the resolution on straight parts of the curve.
     pub largest_step: f64,
@@ -86,8 +88,8 @@ impl ContinuationSettings {
 
 /// Iterator over the points of a branch.
 ///
-/// The iterator ends at `to`, at the return of the branch beyond `from`, where friction gives energy over many points,
-/// or after `most_points`. The iterator yields no point after an error.
+/// The iterator ends at `to`, or where the branch returns beyond `from`. The iterator also ends if friction supplies
+/// energy at many points, or after `most_points`. The iterator yields no point after an error.
 pub struct Continuation<'a, E> {
     balance: &'a HarmonicBalance<E>,
     settings: ContinuationSettings,
@@ -114,10 +116,11 @@ struct Branch {
     /// Largest amplitude of each pair so far \[m\].
     largest: Vec<f64>,
     points: usize,
-    /// Number of consecutive last points at which friction gives energy; such points are not physical.
+    /// Number of consecutive points at the end of the branch at which friction supplies energy. A point at which
+    /// friction supplies energy is not physical.
     unphysical: usize,
-    /// Direction of the first step, and the phase shift of the motion for a step of length 1 \[rad\]. Without it, the
-    /// first step goes along the frequency.
+    /// Direction of the first step, and the phase shift of the motion for a step of length 1 \[rad\]. Without a
+    /// direction, the first step of the branch changes only the frequency.
     heading: Option<(Vec<f64>, f64)>,
     /// Solver frame of the last step, for reuse in the next.
     frame: Option<SolverCache>,
@@ -299,7 +302,8 @@ impl<'a, E: InterfaceElement> Continuation<'a, E> {
         self.pairs(response).map(|[a, b]| a.hypot(b)).collect()
     }
 
-    /// Returns for each pair the larger of its amplitude so far and its amplitude in a response.
+    /// Returns for each pair the larger of two amplitudes: the largest amplitude of the pair so far, and the amplitude
+    /// of the pair in a response.
     fn larger_amplitudes(&self, largest: &[f64], response: &Response) -> Vec<f64> {
         let sizes = self.amplitudes(response).into_iter().zip(largest);
         sizes.map(|(size, largest)| size.max(*largest)).collect()
@@ -481,12 +485,14 @@ impl<'a, E: InterfaceElement> Continuation<'a, E> {
         predicted.filter(|start| start.omega > 0.0)
     }
 
-    /// Predicts a response at an angular frequency by extrapolation of the dynamic stiffness at the port. The stiffness
-    /// bends little over a resonance; over a linear resonance it is a straight line.
+    /// Predicts a response at an angular frequency by extrapolation of the dynamic stiffness at the port. Near a
+    /// resonance, the stiffness is nearly a straight line over frequency. Near a linear resonance, the stiffness is a
+    /// straight line.
     ///
     /// `find` chooses the frequency from the last frequency, the last change of frequency, and the predicted
-    /// displacement over frequency. The responses are extrapolated after their phase and amplitude at the port are
-    /// scaled out. Returns `None` if the frequency turns back, or if the curve has more than one pair of coefficients.
+    /// displacement over frequency. The function scales each response to amplitude 1 and phase 0 at the port, and
+    /// extrapolates the scaled responses. Returns `None` if the frequency turns back, or if the curve has more than one
+    /// pair of coefficients.
     fn predict_by_stiffness(
         &self,
         branch: &Branch,
@@ -628,12 +634,13 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         Ok(watched)
     }
 
-    /// Computes the responses over the range of `settings`, from one end to the other, including turning points.
+    /// Computes the responses over the range of frequencies in `settings`, from one end of the range to the other end.
+    /// The responses include the turning points of the branch.
     ///
-    /// A branch may have a corner, where lift-off begins or a slider becomes free, and may continue in a direction that
-    /// no step finds. If a branch stops at a corner, it is also followed from the other end. If the second part stops
-    /// too, the two parts are joined without the connection between them, but every frequency of the range has a
-    /// response.
+    /// A branch can have a corner, where lift-off begins or a slider becomes free. Beyond the corner, the branch can
+    /// continue in a direction that no step finds. If the continuation stops at a corner, it computes a second part of
+    /// the branch from the other end of the range. If both parts stop, the function joins both parts without the
+    /// missing piece between them. Every frequency of the range still has a response.
     ///
     /// # Errors
     /// Returns the error of [`Continuation`] if the parts of the branch do not cover every frequency of the range.
@@ -655,12 +662,13 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         }
     }
 
-    /// Computes the branch over the range of `settings`. If the branch cannot be followed throughout, returns its parts
-    /// from both ends and the error that stopped the first.
+    /// Computes the branch over the range of `settings`. If the continuation stops inside the range, the function
+    /// returns two parts of the branch, one from each end. The function also returns the error that stopped the first
+    /// part.
     ///
-    /// All points are in the order from one end to the other. If the branch from the other end goes all the way, but
-    /// arrives at another response than the first part begins with, the first part comes second. If Newton's method
-    /// does not find the first response of a part, `fallback` may find it.
+    /// The points of all parts are in order from one end of the range to the other end. The first part comes second if
+    /// the part from the other end covers the whole range, but ends at another response than the first response of the
+    /// first part. If Newton's method does not find the first response of a part, `fallback` can find this response.
     ///
     /// # Errors
     /// [`DynamicsError::OutOfRange`], [`DynamicsError::HarmonicMissing`].
@@ -682,7 +690,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         let (mut second_part, stopped) = self.follow_part(backward, fallback)?;
         second_part.reverse();
         match stopped {
-            // At the start of the range, the first part may be another branch, which turns back.
+            // At the start of the range, the first part can be another branch that turns back.
             None => match (first_part.first(), second_part.first()) {
                 (Some(a), Some(b)) if differ(a, b) => Ok((vec![second_part, first_part], None)),
                 _ => Ok((vec![second_part], None)),
@@ -691,8 +699,8 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         }
     }
 
-    /// Follows a branch as far as possible, and returns the error that stopped it. A branch that returns is cut at its
-    /// turning point.
+    /// Follows a branch as far as possible, and returns the error that stopped the continuation. If a branch turns back
+    /// and leaves the range at its beginning, the function cuts the branch at the turning point.
     fn follow_part(
         &self,
         settings: ContinuationSettings,
@@ -741,8 +749,8 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
 impl<E: InterfaceElement + Clone> HarmonicBalance<E> {
     /// Computes the branch over the range of `settings` through a phase resonance, from the lower end to the upper.
     ///
-    /// The branch is followed from the resonance in both directions, in parallel if there are threads. Returns `None`
-    /// if a direction does not reach its end.
+    /// The continuation follows the branch from the resonance in both directions, in parallel if there are threads.
+    /// Returns `None` if the continuation does not reach both ends of the range.
     pub(super) fn branch_through_resonance(
         &self,
         settings: ContinuationSettings,
@@ -787,8 +795,8 @@ impl<E: InterfaceElement + Clone> HarmonicBalance<E> {
         Some(branch)
     }
 
-    /// Computes the points from a phase resonance to the end of the range, or returns `None` if it does not reach the
-    /// end.
+    /// Computes the points of the branch from a phase resonance to the end of the range. Returns `None` if the
+    /// continuation does not reach the end of the range.
     fn follow_half(
         &self,
         settings: ContinuationSettings,

@@ -13,19 +13,20 @@ pub struct JointCycle {
     pub displacement: Vec<[f64; 3]>,
     /// Sum of `[T_x, T_y, N]` \[N\]; N includes the preload.
     pub force: Vec<[f64; 3]>,
-    /// Sum of moments about the origin of the positions, `[Σ yN, −Σ xN, Σ (xT_y − yT_x)]` \[N m\].
+    /// Moment of the contact forces about the origin of the positions, `[Σ yN, −Σ xN, Σ (xT_y − yT_x)]` \[N m\].
     pub moment: Vec<[f64; 3]>,
     /// Energy that each element dissipates per cycle, from samples \[J\].
     pub dissipated_energy: Vec<f64>,
     /// Line that approximates the motion of the elements.
     pub line: Line,
     /// Force along the line \[N\]: the sum over the elements of the force along the line's direction of each element.
-    /// The work of this force over the reach is the work of all elements.
+    /// If the joint moves by the reach of the line, the work of `force_along` equals the work of all element forces.
     pub force_along: Vec<f64>,
 }
 
 impl JointCycle {
-    /// Returns the half ranges of the moments about x, y and the normal, over `moment` (a load times a lever) \[N m\].
+    /// Returns the half ranges of the moments about x, y and the normal, divided by `moment`. The reference `moment`
+    /// \[N m\] is a load times a lever.
     pub fn moment_variation(&self, moment: f64) -> [f64; 3] {
         [0, 1, 2].map(|d| {
             if moment > 0.0 {
@@ -37,8 +38,8 @@ impl JointCycle {
     }
 }
 
-/// Work of friction of each element in a response, over its work on the straight way between two ends and back under
-/// the loads at rest.
+/// Ratio of two works of friction for each element. The numerator is the work in the response. The denominator is the
+/// work on a straight way between two ends and back, under the loads at rest.
 ///
 /// The ratio shows the effect of the varying load, and of the motion away from the line between the ends.
 #[derive(Debug, Clone, PartialEq)]
@@ -47,22 +48,23 @@ pub struct WorkBetweenEnds {
     pub part: Vec<f64>,
     /// The ratio for all elements together, at most [`LARGEST_PART`].
     pub work_part: f64,
-    /// Sum over the elements of the change of energy due to the ratios, over the dissipation of all elements.
+    /// Sum of the energy changes that the ratios cause in all elements, divided by the dissipation of all elements.
     pub changed_share: f64,
-    /// Dissipation that the ratios do not represent, over the dissipation of all elements: some elements slip only
-    /// because their load varies.
+    /// Dissipation that the ratios do not represent, divided by the dissipation of all elements. Some elements slip
+    /// only because their normal load varies, and do not slip on the straight way between the ends.
     pub unrepresented_share: f64,
     /// Work of friction between the ends, for each element \[J\].
     pub energy: Vec<f64>,
-    /// Force of all elements along the line at its first end, under the loads at rest, as [`JointCycle::force_along`]
-    /// \[N\].
+    /// Force of all elements along the line at the first end of the line, under the loads at rest, as
+    /// [`JointCycle::force_along`] \[N\].
     pub force_along: f64,
-    /// Half range of the force along the line in the response, over the force between the ends under the loads at rest,
-    /// at most [`LARGEST_PART`].
+    /// Ratio of two forces along the line. The numerator is the half range of the force in the response. The
+    /// denominator is the force between the ends of the line, under the loads at rest. The ratio is at most
+    /// [`LARGEST_PART`].
     pub force_part: f64,
     /// The line between the ends.
     pub line: Line,
-    /// Approach of each element from its position at rest, at both ends \[m\].
+    /// Normal approach of each element relative to the position of the element at rest, at both ends of the line \[m\].
     pub approach: [Vec<f64>; 2],
 }
 
@@ -148,7 +150,7 @@ pub fn half_range(values: impl IntoIterator<Item = f64>) -> f64 {
     0.5 * (largest - least).max(0.0)
 }
 
-/// Returns the weights of the elements in means over the joint: by area, or equal if they have no area.
+/// Returns the weights of the elements in means over the joint: by area, or equal weights if the elements have no area.
 pub(super) fn weights(elements: &[ContactElement]) -> impl Iterator<Item = f64> {
     let area: f64 = elements.iter().map(|e| e.area).sum();
     let equal_share = 1.0 / elements.len() as f64;
@@ -186,7 +188,7 @@ impl JointSummary {
     }
 }
 
-/// Computes the cycle of every element at the samples of `sampling`, which may be finer than the sampling of the
+/// Computes the cycle of every element at the samples of `sampling`. The samples can be finer than the sampling of the
 /// balance.
 ///
 /// `displacement` has three rows of coefficients per element; later rows are ignored \[m\].
@@ -203,7 +205,7 @@ pub fn element_cycles(
 }
 
 /// Computes the cycle of the joint at the samples of `sampling`, with the elements at `positions` (x, y) \[m\]. All
-/// arguments except `positions` have the meaning that they have in [`element_cycles`].
+/// arguments except `positions` have the same meaning as the arguments of [`element_cycles`].
 ///
 /// # Errors
 /// [`DynamicsError::Length`] unless there is a position for every element.

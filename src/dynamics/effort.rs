@@ -29,7 +29,7 @@ impl Default for EvaluationBudget {
 }
 
 impl EvaluationBudget {
-    /// Allows this number of further evaluations.
+    /// Sets the bound to the evaluations that are already spent plus `evaluations`.
     pub(super) fn allow(&self, evaluations: u64) {
         let bound = self.spent().saturating_add(evaluations);
         self.bound.store(bound, Ordering::Relaxed);

@@ -5,34 +5,34 @@ use crate::linalg::LinalgError;
 /// Error of the computation of a steady response.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum DynamicsError {
-    /// A number out of its range.
+    /// A number lies outside of the allowed range of the number.
     #[error("{name} is {value:e}; it must be {expected}")]
     OutOfRange {
         /// Name of the number.
         name: &'static str,
-        /// Its value.
+        /// Value of the number.
         value: f64,
         /// The allowed values.
         expected: &'static str,
     },
-    /// A parameter of a contact element out of its range.
+    /// A parameter of a contact element lies outside of the allowed range of the parameter.
     #[error("contact element {element}: {name} is {value:e}; it must be {expected}")]
     Element {
         /// Index of the element.
         element: usize,
         /// Name of the number.
         name: &'static str,
-        /// Its value.
+        /// Value of the number.
         value: f64,
         /// The allowed values.
         expected: &'static str,
     },
-    /// A container whose length does not match the others.
+    /// A container has a length that does not match the other inputs.
     #[error("the {what} has {found} entries; {expected} are needed")]
     Length {
         /// Name of the container.
         what: &'static str,
-        /// Its length.
+        /// Length of the container.
         found: usize,
         /// The required length.
         expected: usize,
@@ -42,7 +42,7 @@ pub enum DynamicsError {
         "the harmonics {found:?} cannot be used: they must be different and one of them must be 0"
     )]
     Harmonics {
-        /// The harmonics as given.
+        /// The harmonics in the input.
         found: Vec<u32>,
     },
     /// A harmonic that a computation needs but the set lacks.
@@ -50,7 +50,7 @@ pub enum DynamicsError {
     HarmonicMissing {
         /// The required order.
         order: u32,
-        /// The computation that needs it.
+        /// Name of the computation that needs the missing harmonic.
         by: &'static str,
         /// The harmonics in the set.
         found: Vec<u32>,
@@ -92,7 +92,7 @@ pub enum DynamicsError {
         key: &'static str,
         /// Upper bound of the frequency of the omitted mode \[Hz\].
         frequency: f64,
-        /// Frequency of the drive, or the largest of its range \[Hz\].
+        /// Frequency of the drive, or the largest frequency of the range of the drive \[Hz\].
         to: f64,
     },
     /// A mean force on a rigid body motion without support.
@@ -112,7 +112,7 @@ pub enum DynamicsError {
         frequency: f64,
         /// Applied share of the load.
         load_factor: f64,
-        /// Number of iterations at this load factor.
+        /// Number of Newton iterations at the load factor `load_factor`.
         iterations: usize,
         /// Relative correction of the last iteration.
         correction: f64,
@@ -123,7 +123,7 @@ pub enum DynamicsError {
         /// Number of all elements.
         elements: usize,
     },
-    /// A search that has reached its limit of evaluations.
+    /// The search for steady states reached the limit of its evaluations.
     #[error(
         "the search for steady states stopped at {frequency:.6} Hz, as it reached its limit of evaluations; narrow dynamics.frequency"
     )]
@@ -169,7 +169,7 @@ pub enum DynamicsError {
         /// End of the range \[Hz\].
         to: f64,
     },
-    /// The tracked resonance does not exist with the new contact elements; the range has another one.
+    /// The tracked resonance does not exist with the new contact elements; the range has another resonance.
     #[error(
         "the phase resonance, last at {before:.6} Hz, does not exist with these contact elements: near that frequency the displacement no longer lags \
          the force by 90°. The resonance at {found:.6} Hz in the range of dynamics.frequency is another one. Continue from the worn state with `--from` \
@@ -178,11 +178,11 @@ pub enum DynamicsError {
     ResonanceLost {
         /// Frequency of the tracked resonance \[Hz\].
         before: f64,
-        /// Frequency of the resonance that was found instead \[Hz\].
+        /// Frequency of the other resonance, which the solver found in place of the tracked resonance \[Hz\].
         found: f64,
     },
-    /// The phase resonance could not be tracked up to the full load. Beyond its largest load the joint may slide as a
-    /// whole, or another resonance may take over.
+    /// The solver could not track the phase resonance up to the full load. Above the last load with a resonance, the
+    /// joint can slide as a whole. Another resonance can also replace the tracked resonance above the last load.
     #[error(
         "the phase resonance could not be tracked up to the full load: the last one, at {part:.4} of the load, is at {frequency:.6} Hz with {:.0} % of the sliders slipping; lower the amplitudes in `dynamics.force`, raise the friction limit (`contact.normal_load`), or use other `dynamics.harmonics`; at a larger load the resonance may lie outside of `dynamics.frequency` (last attempt: {last})",
         100.0 * slipping, part = load_factor
@@ -197,7 +197,7 @@ pub enum DynamicsError {
         /// Error of the last attempt at a larger load.
         last: Box<DynamicsError>,
     },
-    /// A continuation whose step became too small.
+    /// The continuation stopped because the step of the continuation became too small.
     #[error(
         "the continuation stopped at {frequency:.6} Hz: the step fell to {step:.3e}, below {least:.1e} (last: {last})"
     )]
@@ -214,7 +214,8 @@ pub enum DynamicsError {
 }
 
 impl DynamicsError {
-    /// Returns true if a solver failed although a solution may exist: another tolerance, range or start may help.
+    /// Returns true if a solver failed although a solution is possible. Another tolerance, range or start can lead to a
+    /// solution.
     pub fn is_not_converged(&self) -> bool {
         matches!(
             self,

@@ -1,4 +1,5 @@
-//! Response over a range of frequencies, point by point, with the method of each solution or the error of its search.
+//! Response over a range of frequencies, point by point, with the method of each solution, or the error of the search
+//! for a solution.
 
 use std::f64::consts::TAU;
 
@@ -12,8 +13,8 @@ use super::{
     Response, Start,
 };
 
-/// Largest Newton correction of a point of a forced response. With this correction the energies of the point balance to
-/// 1e-10.
+/// Largest Newton correction of a point of a forced response. A point with a correction of 1e-7 has an energy balance
+/// with an error of 1e-10.
 const TOLERANCE: f64 = 1e-7;
 /// Largest Newton correction of a point for banks of sliders, whose Newton steps are expensive. The correction is far
 /// below the line width of a plot.
@@ -27,22 +28,23 @@ const STEP_FROM_RESONANCE: f64 = 0.17;
 const ERROR_TOLERANCE: f64 = 1e-5;
 /// Largest number of Newton iterations of the finer response: a nearby response needs fewer.
 const ERROR_ITERATIONS: usize = 8;
-/// Minimum budget of evaluations for the errors of points, at few unknowns and samples. More unknowns reduce it by
-/// their square, more samples in proportion.
+/// Minimum budget of evaluations for the errors of points, at few unknowns and samples. The budget falls with the
+/// square of the number of unknowns, and inversely with the number of samples.
 const ERROR_EVALUATIONS: f64 = 2000.0;
-/// Number of unknowns up to which this budget is not reduced.
+/// Number of unknowns up to which the solver does not reduce [`ERROR_EVALUATIONS`].
 const FEW_UNKNOWNS: f64 = 45.0;
-/// Number of samples up to which this budget is not reduced.
+/// Number of samples up to which the solver does not reduce [`ERROR_EVALUATIONS`].
 const FEW_SAMPLES: f64 = 1024.0;
-/// Number of instants that determine the range of a displacement over a cycle.
+/// Number of instants per cycle at which the code samples a displacement to find its range.
 const INSTANTS: usize = 512;
-/// Relative difference of two frequencies up to which it is rounding.
+/// Relative difference of two frequencies up to which the difference is rounding.
 const ROUNDING: f64 = 1e-12;
-/// Share by which a peak may lie below a point of the forced response. The search for the peak ends within an angle of
-/// about 5e-3 of the top, and the amplitude falls by half the square of that angle.
+/// Largest permitted share by which a peak lies below a point of the forced response. The search for the peak ends at a
+/// phase angle of at most about 5e-3 from the peak. The amplitude at this angle is below the peak by half the square of
+/// the angle.
 const FLAT: f64 = 2e-5;
-/// Share of the work of the loads and dampers that friction may give instead of take. Above it the solution is not
-/// physical: samples or harmonics are too few.
+/// Largest permitted energy that friction supplies to a solution, divided by the work of the loads and dampers. A
+/// solution with a larger share is not physical, because the samples or harmonics are too few.
 const GIVEN: f64 = 0.01;
 
 /// Method by which a point of a forced response was found.
@@ -50,15 +52,15 @@ const GIVEN: f64 = 0.01;
 pub enum SolutionMethod {
     /// Solution of the harmonic balance.
     Balance,
-    /// Solution of the harmonic balance in which friction gives energy. Such a solution exists only because the samples
-    /// or harmonics are too few.
+    /// Solution of the harmonic balance in which friction supplies energy. A solution in which friction supplies energy
+    /// exists only because the samples or harmonics are too few.
     Unphysical,
     /// No solution was found; whether one exists is unknown.
     NotFound,
 }
 
 impl SolutionMethod {
-    /// Returns its name in tables.
+    /// Returns the name of the solution method in tables.
     pub fn name(self) -> &'static str {
         match self {
             SolutionMethod::Balance => "harmonic_balance",
@@ -79,8 +81,8 @@ pub struct PointResponse {
     pub peak_to_peak: f64,
     /// Coefficients of the displacement at the response port \[m\].
     pub displacement: Vec<f64>,
-    /// Estimated relative error of the amplitude due to too few harmonics and samples. `None` if not estimated, 1 if no
-    /// finer response was found.
+    /// Estimated relative error of `amplitude` due to missing harmonics and too few samples. `None` without an
+    /// estimate, 1 if the solver found no response with more harmonics or samples.
     pub error: Option<f64>,
     /// Estimated relative error of the friction energy, as `error` of the amplitude.
     pub friction_error: Option<f64>,
@@ -93,14 +95,14 @@ pub struct PointResponse {
 pub struct ForcedPoint {
     /// Frequency of the fundamental \[Hz\].
     pub frequency: f64,
-    /// Method by which it was found.
+    /// Method by which the solver found the point.
     pub found_by: SolutionMethod,
     /// Remaining Newton correction, relative to the displacements; without a solution, the correction of the last
     /// attempt.
     pub residual: f64,
-    /// Number of its branch. `None` for a point without a branch.
+    /// Number of the branch that contains the point. `None` for a point without a branch.
     pub branch: Option<usize>,
-    /// Whether its branch turns back in frequency at this point.
+    /// Whether the branch that contains the point turns back in frequency at the point.
     pub is_fold: bool,
     /// The response. `None` if no solution was found, or if friction gives energy.
     pub response: Option<PointResponse>,
@@ -136,9 +138,9 @@ pub struct RangeResponse<'a> {
 impl Vibration {
     /// Computes the resonance and the forced response of constant contact elements.
     ///
-    /// The highest point of the forced response becomes the peak if there is no phase resonance, or if it is above the
-    /// peak next to the phase resonance. Harmonics are extended as by [`Vibration::resolve`]. At a given frequency
-    /// there is no peak, and no points are computed.
+    /// The highest point of the forced response becomes the peak if there is no phase resonance, or if the highest
+    /// point is above the peak next to the phase resonance. The function adds harmonics as [`Vibration::resolve`] does.
+    /// If the vibration has a single frequency, there is no peak, and the function computes no points.
     ///
     /// # Errors
     /// The error of the resonance if the forced response has no point.
@@ -162,7 +164,7 @@ impl Vibration {
                 .as_ref()
                 .ok()
                 .and_then(|resolved| resolved.resonance.phase.as_ref());
-            // Rounded as it is read back from a table of frequencies.
+            // The frequency of the start is rounded like a frequency that is read from a table.
             let phase = phase.map(|phase| Start {
                 omega: TAU * phase.frequency(),
                 ..phase.start()
@@ -247,11 +249,11 @@ impl Vibration {
     ///
     /// With a number of `points`, the points lie on the branches of an upward sweep ([`HarmonicBalance::sweep`]).
     /// Without a number of `points`, continuation places the points, including points on overhanging parts of the
-    /// branches. Points are solved to 1e-7 of the displacements, or less exactly if the balance asks for less: they are
-    /// only displayed, and no computation continues from them.
+    /// branches. The relative tolerance of a point is 1e-7 or the tolerance of the balance, whichever is larger. The
+    /// run only displays the points, and no computation continues from a point.
     ///
-    /// If Newton's method reaches a response neither from another point nor from the linear response, more damping and
-    /// preload lead to it.
+    /// Newton's method starts from another point or from the linear response. If both starts fail, the solver computes
+    /// responses with more damping and preload, and removes both step by step.
     ///
     /// # Errors
     /// The error of the first point, if no point was found.
@@ -263,7 +265,8 @@ impl Vibration {
     }
 
     /// Computes the response as [`Self::forced_response`]. If responses are expensive and continuation places the
-    /// points, the branch starts from a phase resonance, if it is known and the branch reaches both ends of the range.
+    /// points, the branch starts from a known phase resonance. The start from a phase resonance requires that the
+    /// branch reaches both ends of the range.
     ///
     /// # Errors
     /// As [`Self::forced_response`].
@@ -444,7 +447,7 @@ impl Vibration {
                 (point.error, point.friction_error) = (Some(0.0), Some(0.0));
                 continue;
             }
-            // Friction cannot give energy, so all of this energy is error.
+            // Friction cannot supply energy, so any energy that friction supplies is an error of the response.
             let sampled = balance.work_error(coarse);
             if coarse.energy.friction < 0.0 {
                 point.friction_error = Some(sampled.max(UNKNOWN));
@@ -468,8 +471,9 @@ impl Vibration {
         }
     }
 
-    /// Returns the relative errors of amplitude and friction energy of a point, from the response of a `refined_balance` balance
-    /// that starts at the point. Returns `None` if the finer balance has no response nearby.
+    /// Returns the relative errors of the amplitude and of the friction energy of a point. The errors come from the
+    /// response of `refined_balance`, whose solution starts at the point. Returns `None` if `refined_balance` has no
+    /// response near the point.
     fn errors_by(
         &self,
         balance: &HarmonicBalance<ContactElement>,
@@ -488,9 +492,9 @@ impl Vibration {
     }
 }
 
-/// Returns the budget of evaluations for the errors of points: the cost of the points, or the cost of
-/// [`ERROR_EVALUATIONS`] with few unknowns if larger. The cost of an evaluation is proportional to the samples and to
-/// the cube of the unknowns.
+/// Returns the budget of evaluations for the errors of points. The budget is the cost of the points, or the cost of
+/// [`ERROR_EVALUATIONS`] evaluations with few unknowns if that cost is larger. The cost of an evaluation is
+/// proportional to the samples and to the cube of the unknowns.
 fn error_effort(
     balance: &HarmonicBalance<ContactElement>,
     finer: &HarmonicBalance<ContactElement>,
@@ -503,7 +507,7 @@ fn error_effort(
     as_points.max(least) as u64
 }
 
-/// Returns the point with the largest amplitude and its place, or `None` if no point has a response.
+/// Returns the point with the largest amplitude and the place of the point, or `None` if no point has a response.
 fn highest(points: &[ForcedPoint]) -> Option<(usize, &PointResponse)> {
     let responses = points.iter().enumerate();
     let responses = responses.filter_map(|(place, point)| Some((place, point.response.as_ref()?)));
@@ -525,8 +529,8 @@ pub(super) fn friction_gives_energy(response: &Response) -> bool {
     energy.friction < -GIVEN * (energy.load_work.abs() + energy.viscous + energy.hysteretic)
 }
 
-/// Returns the relative error of a value from the value with more harmonics or samples; 1 if the relative error is not
-/// finite.
+/// Returns the relative error of the value `figure`. The reference `finer` is the value with more harmonics or samples.
+/// Returns 1 if the relative error is not finite.
 fn relative_error(figure: f64, finer: f64) -> f64 {
     if figure == finer {
         return 0.0;

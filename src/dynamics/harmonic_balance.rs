@@ -1,10 +1,11 @@
 //! Multi-harmonic balance in contact displacements [A eq. 2.1–2.2], condensed about the stuck state.
 //!
 //! Every element is closed by springs of its reference stiffness. The structure then responds with `u = H (f_ext −
-//! g(u))`, where g is the contact force *beyond* the reference. An element that follows its reference throughout the
-//! cycle has g = 0. An element with g = 0 is *passive*, and only *active* elements have unknowns. The displacements of
-//! the passive elements follow from the active elements, and are checked over the whole cycle at the same samples. The
-//! result equals the result with all elements active, except for rounding.
+//! g(u))`, where g is the contact force *beyond* the reference. The force g of an element is zero if the element
+//! follows its reference throughout the cycle. An element with g = 0 is *passive*, and only *active* elements have
+//! unknowns. The solver computes the displacements of the passive elements from the active elements. The solver then
+//! checks at every sample of the cycle that the passive elements follow their reference. The result equals the result
+//! with all elements active, except for rounding.
 
 use std::sync::Arc;
 
@@ -27,13 +28,14 @@ use crate::journal::Journal;
 use crate::linalg::{RowMatrix as Matrix, add_scaled};
 use crate::threads::Threads;
 
-/// Smallest increment of the load when it is raised to a state that Newton's method does not reach directly, over the
-/// target load.
+/// Smallest increment of the load, divided by the target load. The solver raises the load in increments to a state that
+/// Newton's method does not reach directly.
 const LEAST_INCREMENT: f64 = 1e-4;
 /// Ratio of a sum of loads to the largest load up to which the sum is rounding.
 const CANCELLED: f64 = 1e-14;
 
-/// Harmonic load at a port: `cosine · cos kωt + sine · sin kωt`, half-range; harmonic 0 is a constant force `cosine`.
+/// Harmonic load at a port: `cosine · cos kωt + sine · sin kωt`, with half-range amplitudes. Harmonic 0 is a constant
+/// force `cosine`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Load {
     /// The port.
@@ -49,15 +51,15 @@ pub struct Load {
 /// Settings of accuracy and effort.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BalanceSettings {
-    /// Samples per cycle. The error falls with the square of the number if the load is steady; 64 samples give about
-    /// 1e-3 of the dissipation.
+    /// Samples per cycle. If the load is steady, the error falls with the square of the number of samples. With 64
+    /// samples, the error is about 1e-3 of the dissipation.
     pub samples: usize,
     /// Newton correction at convergence, relative to the contact displacements.
     pub tolerance: f64,
     /// Largest number of Newton iterations per attempt.
     pub max_iterations: usize,
-    /// Number of unknowns up to which elimination solves a Newton step. Above it GMRES does, if the model has few
-    /// coordinates.
+    /// Number of unknowns up to which elimination solves a Newton step. With more unknowns, GMRES solves the Newton
+    /// step if the model has few coordinates.
     pub dense_unknowns: usize,
     /// Makes every element active, to check the condensation.
     pub all_active: bool,
@@ -105,7 +107,7 @@ impl Default for BalanceSettings {
     }
 }
 
-/// Harmonic balance of a structure, its contact elements and its loads.
+/// Harmonic balance of a structure with contact elements and loads.
 #[derive(Clone)]
 pub struct HarmonicBalance<E> {
     pub(super) model: Arc<ClosedModel>,
@@ -113,7 +115,7 @@ pub struct HarmonicBalance<E> {
     pub(super) elements: Vec<E>,
     pub(super) sampling: Sampling,
     pub(super) loads: Vec<Load>,
-    /// Ports with loads, and their rows of coefficients.
+    /// Ports that have loads. `load_rows` contains the load coefficients of each port.
     pub(super) load_ports: Vec<usize>,
     pub(super) load_rows: Vec<f64>,
     /// Growth of the loads with ω², as rows of coefficients; empty without inertial loads.
@@ -229,15 +231,15 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         })
     }
 
-    /// Adds loads that grow with the square of their frequency, as the inertia force of a structure on a ground with
-    /// prescribed displacement.
+    /// Adds loads that are proportional to the square of their frequency. An example is the inertia force of a
+    /// structure whose ground has a prescribed displacement.
     ///
     /// The amplitudes of `loads` \[N s²\] are factors of (kω)², for harmonic k at the angular frequency ω of the
     /// fundamental.
     ///
     /// # Errors
-    /// [`DynamicsError`] for a port that does not exist, an amplitude that is not finite, or a harmonic that is not in
-    /// the set.
+    /// Returns [`DynamicsError`] if a port does not exist, an amplitude is not finite, or a harmonic is not in the set
+    /// of harmonics.
     pub fn with_inertial_loads(mut self, loads: &[Load]) -> Result<Self, DynamicsError> {
         let n = self.harmonics().coefficients();
         for load in loads {
@@ -281,7 +283,8 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         }
     }
 
-    /// Returns the loads at their ports at an angular frequency, scaled by `factor`: rows of coefficients \[N\].
+    /// Returns the loads of all loaded ports at the angular frequency `omega`, scaled by `factor`. The loads are rows
+    /// of coefficients \[N\], one row per loaded port.
     pub(super) fn loads_at(&self, omega: f64, factor: f64) -> Vec<f64> {
         let mut rows: Vec<f64> = self.load_rows.iter().map(|f| factor * f).collect();
         add_scaled(&mut rows, factor * omega * omega, &self.inertial_rows);
@@ -308,10 +311,11 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         &self.elements
     }
 
-    /// Computes the steady response at the angular frequency `omega`, from `guess` if given.
+    /// Computes the steady response at the angular frequency `omega`. If `guess` is `Some`, the solver starts from
+    /// `guess`.
     ///
-    /// If Newton's method fails from the guess, it restarts from the linear response. If that fails too, it raises the
-    /// load in steps.
+    /// If Newton's method fails from the guess, the solver restarts from the linear response. If Newton's method fails
+    /// from the linear response, the solver raises the load in steps.
     ///
     /// # Errors
     /// [`DynamicsError`]. A response that did not converge is never returned.
@@ -389,8 +393,8 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         }
     }
 
-    /// Makes a load of harmonic 1 on `port` the drive, if there is one. The phase resonance then refers to a load that
-    /// works on the response.
+    /// Makes a load of harmonic 1 on `port` the drive, if `port` has such a load. With a drive on `port`, the phase
+    /// resonance refers to a load that works on the response.
     pub(super) fn with_drive_at(mut self, port: usize) -> Self {
         self.loads.sort_by_key(|load| load.port != port);
         self
@@ -461,10 +465,11 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
     /// Computes the response at each of `omegas` from the previous responses, or returns the error of a point without
     /// response.
     ///
-    /// If several responses exist, the sweep in the order of `omegas` stays on its branch. If the branch turns back
-    /// before the next frequency, the sweep follows it over its turning points to that frequency; so the sweep jumps as
-    /// in a slow experiment. If no branch leads to a frequency, the search starts from the linear response, and then
-    /// from the other end of the sweep.
+    /// If several responses exist, the sweep in the order of `omegas` stays on the branch of the previous response. If
+    /// the branch turns back before the next frequency, the sweep follows the branch over its turning points to that
+    /// frequency. The responses of the sweep then jump as in a slow experiment. If no branch leads to a frequency, the
+    /// solver starts from the linear response. If the start from the linear response fails, the solver follows the
+    /// branch from the other end of the sweep.
     pub fn sweep(&self, omegas: &[f64]) -> Vec<Result<Response, DynamicsError>> {
         let mut responses: Vec<Response> = Vec::with_capacity(omegas.len());
         let mut points = Vec::with_capacity(omegas.len());
@@ -523,7 +528,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         Continuation::response_at_end(self, settings, before, last, width).ok()
     }
 
-    /// Computes the response at `omega` on the branch from the other end of the sweep.
+    /// Computes the response at `omega` on the branch that begins at the last frequency of the sweep.
     fn backwards_to(&self, omega: f64, omegas: &[f64]) -> Option<Response> {
         let end = *omegas.last()?;
         let last = self.solve(end, None).ok()?;
@@ -534,7 +539,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
 // Results derived from a response of contact elements.
 
 impl HarmonicBalance<ContactElement> {
-    /// Computes the [`element_cycles`] of a response of this balance.
+    /// Computes the cycle of each contact element in a response, by [`element_cycles`].
     pub fn element_cycles(&self, response: &Response, sampling: &Sampling) -> Vec<ElementCycle> {
         element_cycles(self.elements(), &response.displacement, sampling)
     }
@@ -613,8 +618,8 @@ impl HarmonicBalance<ContactElement> {
         cycles.iter().map(|cycle| cycle.dissipated_energy).collect()
     }
 
-    /// Returns the difference of the work of the contact forces from the dissipation of the sliders, over that work.
-    /// Sampling causes the difference. For a contact without friction, all of the work is error.
+    /// Returns the work of the contact forces minus the dissipation of the sliders, divided by that work. Sampling
+    /// causes the difference. For a contact without friction, all of the work is error.
     pub(super) fn work_error(&self, response: &Response) -> f64 {
         let work = response.energy.friction;
         let dissipated: f64 = self.dissipated_energies(response).iter().sum();
@@ -627,8 +632,8 @@ impl HarmonicBalance<ContactElement> {
         }
     }
 
-    /// Computes the peak kinetic energy of the first harmonic, ½ ω² q̂ᴴ M q̂, in the coordinates of the structure with
-    /// the mass matrix `mass`. The static residual of the omitted modes has no mass.
+    /// Computes the peak kinetic energy of the first harmonic, ½ ω² q̂ᴴ M q̂. The vector q̂ contains the coordinates of
+    /// the structure, and M is the mass matrix `mass`. The static residual of the omitted modes has no mass.
     pub(super) fn kinetic_energy(
         &self,
         mass: &Matrix,

@@ -2,23 +2,24 @@
 
 use super::DynamicsError;
 
-/// Order up to which [`Harmonics::beyond`] doubles the highest order. Above it little is missing, and unknowns are
-/// many.
+/// Order up to which [`Harmonics::beyond`] doubles the highest order. Above order 63, a response has many unknowns and
+/// the omitted harmonics are small.
 const MOST_BEYOND: u32 = 63;
 
 /// Sorted set of harmonics that contains 0.
 ///
-/// A periodic quantity is `a₀ + Σ (a_k cos kωt + b_k sin kωt)` with half-range amplitudes: a_k is half the range of its
-/// term, not the coefficient of an exponential. The *coefficients* of a quantity are the row `[a₀, a_k₁, b_k₁, a_k₂,
-/// b_k₂, …]`. Several quantities are stored row after row: coefficient c of quantity d is at `d * coefficients() + c`.
-/// The complex amplitude of harmonic k is a_k − i b_k; the real part of its product with e^{ikωt} is the term.
+/// A periodic quantity is `a₀ + Σ (a_k cos kωt + b_k sin kωt)` with half-range amplitudes. The amplitude a_k is half
+/// the range of the term a_k cos kωt, not the coefficient of an exponential. The *coefficients* of a periodic quantity
+/// are the row `[a₀, a_k₁, b_k₁, a_k₂, b_k₂, …]`. Several quantities are stored row after row: coefficient c of
+/// quantity d is at `d * coefficients() + c`. The complex amplitude of harmonic k is a_k − i b_k. The real part of (a_k
+/// − i b_k) e^{ikωt} is a_k cos kωt + b_k sin kωt.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Harmonics {
     orders: Vec<u32>,
 }
 
 impl Harmonics {
-    /// Creates the set of the given orders, in any order.
+    /// Creates the set of harmonics from a list of orders. The list can have any sequence.
     ///
     /// # Errors
     /// [`DynamicsError::Harmonics`] if 0 is missing or an order occurs twice.
@@ -61,13 +62,13 @@ impl Harmonics {
         (2 * index).saturating_sub(1)
     }
 
-    /// Returns the place of the cosine coefficient of harmonic `order`, if it is in the set.
+    /// Returns the place of the cosine coefficient of harmonic `order`, if the set contains the harmonic.
     pub fn slot_of(&self, order: u32) -> Option<usize> {
         self.orders.binary_search(&order).ok().map(|i| self.slot(i))
     }
 
-    /// Returns the place of the cosine coefficient of harmonic `order`, or an error that names `by` as the computation
-    /// that needs it.
+    /// Returns the index of the cosine coefficient of harmonic `order`. If the harmonic is missing, the error names
+    /// `by`, the computation that needs the harmonic.
     pub(crate) fn require(&self, order: u32, by: &'static str) -> Result<usize, DynamicsError> {
         self.slot_of(order)
             .ok_or_else(|| DynamicsError::HarmonicMissing {
@@ -77,8 +78,8 @@ impl Harmonics {
             })
     }
 
-    /// Returns this set extended by all orders up to one more than twice the highest. A set of few high orders, or of
-    /// very many orders, is extended by the next orders only.
+    /// Returns the set of harmonics, extended by all orders up to twice the highest order plus one. A set of few high
+    /// orders, or of very many orders, is extended by the next orders only.
     pub fn beyond(&self) -> Harmonics {
         let count = self.orders.len() as u32;
         let top = (2 * self.highest() + 1)
@@ -90,8 +91,8 @@ impl Harmonics {
         Harmonics { orders }
     }
 
-    /// Converts rows of coefficients to the harmonics of `other`. Orders that this set lacks become 0; orders that
-    /// `other` lacks are dropped.
+    /// Converts rows of coefficients from the harmonics of `self` to the harmonics of `other`. Orders that only `other`
+    /// contains get zero coefficients. Orders that only `self` contains are dropped.
     pub fn transfer(&self, rows: &[f64], other: &Harmonics) -> Vec<f64> {
         let (from, to) = (self.coefficients(), other.coefficients());
         let mut out = vec![0.0; rows.len() / from * to];
@@ -112,7 +113,7 @@ impl Harmonics {
         if coefficient == 0 { 1.0 } else { 2.0 }
     }
 
-    /// Returns the basis functions at the phase `theta` = ωt: `[1, cos k₁θ, sin k₁θ, …]`, of length
+    /// Returns the basis functions `[1, cos k₁θ, sin k₁θ, …]` at the phase `theta` = ωt. The vector has the length
     /// [`Self::coefficients`].
     pub fn basis(&self, theta: f64) -> Vec<f64> {
         let mut row = vec![1.0];
@@ -123,8 +124,8 @@ impl Harmonics {
         row
     }
 
-    /// Computes the work ∮ f du of `force` on `displacement` over one period of the fundamental, π Σ k (a_f b_u − b_f
-    /// a_u) \[J\].
+    /// Computes the work ∮ f du = π Σ k (a_f b_u − b_f a_u) of `force` on `displacement` \[J\]. The integral covers one
+    /// period of the fundamental.
     ///
     /// The arguments `force` and `displacement` are rows of the same length, one row per degree of freedom.
     pub fn work(&self, force: &[f64], displacement: &[f64]) -> f64 {

@@ -8,22 +8,22 @@ use crate::linalg::{Matrix, Scalar, add_scaled, single, vectorised};
 /// Largest number of basis vectors; the preconditioned operator needs one to four dozen.
 pub(super) const MOST_ITERATIONS: usize = 150;
 
-/// Smallest number of iterations of a solution whose directions are stored: shorter solutions cost less than the
-/// storage.
+/// Smallest number of iterations of a solution whose slow directions are stored. A solution with fewer iterations costs
+/// less than the storage of its directions.
 const WORTH_LEARNING: usize = 16;
 /// Largest number of stored directions.
 const MOST_LEARNED: usize = 48;
 /// Singular value below which a direction is stored.
 const SHRUNK: f64 = 0.5;
 
-/// Direction u and its image B u of length 1. Single precision halves the memory traffic and is exact enough for a
-/// preconditioner.
+/// Direction u and its image B u under the operator B. The image B u has the length 1. Single precision halves the
+/// memory traffic and is exact enough for a preconditioner.
 pub(super) struct Pair {
     direction: Vec<f32>,
     image: Vec<f32>,
 }
 
-/// Directions that a preconditioned operator B shrinks most, which cost GMRES the most iterations.
+/// Directions that a preconditioned operator B shrinks most. These directions cost GMRES the most iterations.
 ///
 /// For an operator near B the slow directions are solved directly. The slow directions act as a preconditioner, so
 /// solutions do not lose accuracy.
@@ -72,9 +72,9 @@ pub(super) struct Solution {
     pub(super) slow_directions: Vec<Pair>,
 }
 
-/// Norm of a projected vector over its norm before, below which a second projection removes rounding errors. Above it
-/// the basis is orthogonal to about 1e-13. GMRES with sequential projections needs less (Paige, Rozložník and Strakoš
-/// 2006).
+/// Smallest ratio of the norms of a vector after and before a projection. Below this ratio, a second projection removes
+/// rounding errors. Without a second projection, a basis of vectors above this ratio is orthogonal to about 1e-13.
+/// GMRES with sequential projections needs less orthogonality (Paige, Rozložník and Strakoš 2006).
 const CANCELLED: f64 = 1e-3;
 
 /// Arnoldi relation `operator(Z) = V H`, with H stored as rotations Q and the triangle R.
@@ -90,8 +90,8 @@ struct Arnoldi {
 }
 
 impl Arnoldi {
-    /// Subtracts from `next` its projections on the basis, one after the other, and adds them to `column`. Returns the
-    /// norm of the rest.
+    /// Subtracts from the vector `next` its projection on each basis vector, one basis vector after the other. Adds the
+    /// projections to `column`, and returns the norm of the remaining vector.
     fn project(&self, next: &mut [f64], column: &mut [f64]) -> f64 {
         vectorised(
             #[inline(always)]

@@ -1,29 +1,31 @@
-//! Straight line that approximates the motion of a joint over a cycle, and the deviation from it.
+//! Straight line that approximates the motion of a joint over a cycle, and the deviation of the motion from the line.
 
 use super::Sampling;
 
 /// Line between the two samples of a cycle that are farthest apart, in the x and y displacements of all elements.
 ///
-/// Distances are root mean squares over the area of the elements. A joint that only turns about its normal also moves
-/// along such a line, although its mean displacement is constant.
+/// Distances are root mean squares over the area of the elements. A joint that only turns about its normal has such a
+/// line, although the mean displacement of the joint is constant.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Line {
     /// Samples at both ends.
     pub ends: [usize; 2],
     /// Half of the distance between the ends \[m\].
     pub half_length: f64,
-    /// Displacement of each element from the middle of the line to its first end, along x and y, over the reach; 0
-    /// without motion.
+    /// Displacement of each element from the middle of the line to the first end, along x and y, divided by the reach.
+    /// The direction is 0 without motion.
     pub direction: Vec<[f64; 2]>,
-    /// Largest distance of the motion from the line, or largest reversal on the way between the ends, over the reach; 0
-    /// without motion.
+    /// Largest distance of the motion from the line, or largest reversal between the ends of the line, divided by the
+    /// reach. The deviation is 0 without motion.
     pub largest_deviation: f64,
 }
 
 impl Line {
-    /// Computes the line of elements with these shares of the area.
+    /// Computes the line of the motion of elements. `share` contains the share of each element in the area of the
+    /// joint.
     ///
-    /// `displacement` has three rows of coefficients per element; rows after those of the elements are ignored \[m\].
+    /// `displacement` has three rows of coefficients per element \[m\]. The function ignores any rows after the rows of
+    /// the elements.
     pub fn of(share: &[f64], displacement: &[f64], sampling: &Sampling) -> Self {
         let count = sampling.harmonics().coefficients();
         let samples = sampling.samples();

@@ -1,7 +1,7 @@
 //! Linear structure as seen by the contact: displacements of *ports* due to forces at ports.
 //!
 //! The first ports are the contact degrees of freedom (x, y, n of every element). All ports after the contact degrees
-//! of freedom are driven or observed. A port may be a combination of nodes (a point between nodes, a resultant).
+//! of freedom are driven or observed. A port can be a combination of nodes (a point between nodes, a resultant).
 
 use std::f64::consts::TAU;
 
@@ -14,12 +14,14 @@ use crate::linalg::{RowMatrix as Matrix, add_scaled, generalised_eigen};
 
 /// Share of the largest eigenvalue below which a coordinate is a rigid body motion; modes of one structure span 1e8.
 const RIGID: f64 = 1e-11;
-/// Dynamic stiffness over its parts below which the frequency is exactly an undamped resonance.
+/// Ratio of the dynamic stiffness to the sum of its elastic and inertial parts. Below this ratio, the frequency counts
+/// as an undamped resonance.
 const RESONANT: f64 = 1e-13;
 
 /// Linear structure with contact ports.
 pub trait LinearModel {
-    /// Returns the number of contact degrees of freedom, three per element; they are the first ports.
+    /// Returns the number of contact degrees of freedom, three per element. The contact degrees of freedom are the
+    /// first ports.
     fn contact_dofs(&self) -> usize;
 
     /// Returns the number of all ports.
@@ -32,22 +34,23 @@ pub trait LinearModel {
     fn with_closed_contact(&self, springs: &[f64]) -> Result<ClosedModel, DynamicsError>;
 }
 
-/// Rayleigh damping C = αM + βK: a mode of angular frequency ω has the damping ratio ζ = α/(2ω) + βω/2.
+/// Rayleigh damping C = αM + βK. A mode of angular frequency ω has the damping ratio ζ = α/(2ω) + βω/2.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Rayleigh {
-    /// Damping coefficient α of the mass matrix \[1/s\], zero or more. The coefficient α also damps rigid body motions.
+    /// Damping coefficient α of the mass matrix \[1/s\], zero or more. The coefficient α damps rigid body motions as
+    /// well as vibrations.
     pub mass: f64,
     /// Damping coefficient β of the stiffness matrix \[s\], zero or more.
     pub stiffness: f64,
 }
 
-/// Second-order system `M q̈ + C q̇ + K q = Bᵀ f` with ports `u = B q + R f`.
+/// Second-order system `M q̈ + C q̇ + K q = Bᵀ f`. The ports have the displacements `u = B q + R f`.
 ///
-/// Each harmonic q̂ = c − i s of order 1 or more also has the hysteretic force i H q̂: H s in the cosine row and −H c
-/// in the sine row, at any frequency.
+/// Hysteretic damping has the matrix H. For each harmonic q̂ = c − i s of order 1 or more, hysteretic damping adds the
+/// force i H q̂. The hysteretic force is H s in the cosine row and −H c in the sine row, at any frequency.
 ///
-/// The coordinates are physical, with the identity for B, or modal (M = 1, K = diag ω²), with mode shapes at the ports
-/// for B and the static residual of the omitted modes for R. Matrices are symmetric.
+/// For physical coordinates, B is the identity. For modal coordinates (M = 1, K = diag ω²), B contains the mode shapes
+/// at the ports, and R is the static residual of the omitted modes. Matrices are symmetric.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SecondOrder {
     /// M, `n × n`, positive definite \[kg\].
@@ -65,13 +68,15 @@ pub struct SecondOrder {
     /// Number of ports that are contact degrees of freedom.
     pub contact_dofs: usize,
     /// Number of the last coordinates that respond nearly statically to the harmonics of a response, as
-    /// [`pseudo_modes`](super::pseudo_modes) do. The solver uses it; results change only by rounding.
+    /// [`pseudo_modes`](super::pseudo_modes) do. The number of static coordinates changes the results of the solver
+    /// only by rounding.
     pub static_coordinates: usize,
 }
 
 impl SecondOrder {
-    /// Creates an undamped system from modes: angular frequencies \[rad/s\] (0 for rigid body motions), mass-normalised
-    /// shapes at the ports (`ports × modes`, \[kg^-1/2\]) and the residual of the omitted modes.
+    /// Creates an undamped system from modes. The angular frequencies \[rad/s\] are 0 for rigid body motions. The
+    /// shapes at the ports are mass-normalised (`ports × modes`, \[kg^-1/2\]). The residual represents the omitted
+    /// modes.
     ///
     /// # Errors
     /// [`DynamicsError::Length`] if the numbers of shapes and frequencies differ.
@@ -112,8 +117,9 @@ impl SecondOrder {
         self
     }
 
-    /// Requires that no pseudo-mode lies at or below an angular frequency \[rad/s\], which `key` gives. The frequency
-    /// of a pseudo-mode is an upper bound for the frequency of an omitted mode.
+    /// Requires that all pseudo-modes lie above the angular frequency `omega` \[rad/s\]. The argument `key` names the
+    /// key of the scene that sets `omega`. The frequency of a pseudo-mode is an upper bound for the frequency of an
+    /// omitted mode.
     ///
     /// # Errors
     /// [`DynamicsError::CutOff`].
@@ -197,8 +203,8 @@ impl SecondOrder {
         Ok(())
     }
 
-    /// Computes B̃ = (1 + R K_s)⁻¹ B, R̃ = (1 + R K_s)⁻¹ R, K̃ = K + B_cᵀ K_s B̃_c, with the springs K_s in series with
-    /// the residual.
+    /// Computes B̃ = (1 + R K_s)⁻¹ B, R̃ = (1 + R K_s)⁻¹ R and K̃ = K + B_cᵀ K_s B̃_c. The springs K_s are in series
+    /// with the residual R.
     fn closed_parts(
         &self,
         springs: &[f64],
@@ -252,8 +258,8 @@ impl SecondOrder {
         out
     }
 
-    /// Returns the matrix T of q = T r that decouples the static coordinates from the others in the stiffness. In r,
-    /// the static coordinates are the motion beyond their static response to the others.
+    /// Returns the matrix T of q = T r that decouples the static coordinates from the leading coordinates in the
+    /// stiffness. In r, the static coordinates are the motion beyond the static response to the leading coordinates.
     fn static_transform(&self, stiffness: &Matrix) -> Result<Matrix, DynamicsError> {
         let (n, first) = (self.mass.rows(), self.leading());
         let mut transform = Matrix::identity(n);
@@ -326,8 +332,8 @@ impl SecondOrder {
         Ok((squares.iter().map(|s| s.max(0.0).sqrt()).collect(), modes))
     }
 
-    /// Sets the damping matrix that gives every mode of the structure closed by `springs` the damping ratio `ratio`: C
-    /// = M Φ diag(2ζω_r) Φᵀ M. Zero springs are the basis `free`.
+    /// Sets the damping matrix C = M Φ diag(2ζω_r) Φᵀ M. Every mode of the structure closed by `springs` then has the
+    /// damping ratio `ratio`. Springs of zero stiffness correspond to the basis `free`.
     ///
     /// # Errors
     /// As [`LinearModel::with_closed_contact`].
@@ -361,9 +367,9 @@ impl SecondOrder {
         self
     }
 
-    /// Adds Rayleigh damping αM + βK, with K the stiffness of the structure closed by `springs` \[N/m\], one per
-    /// contact degree of freedom. The modes keep their shapes, and the damping ratio of each increases by α/(2ω) +
-    /// βω/2. The residual is not damped.
+    /// Adds Rayleigh damping αM + βK. K is the stiffness of the structure closed by `springs` \[N/m\], with one spring
+    /// per contact degree of freedom. Rayleigh damping keeps the shapes of the modes, and increases the damping ratio
+    /// of each mode by α/(2ω) + βω/2. The residual is not damped.
     ///
     /// # Errors
     /// [`DynamicsError::OutOfRange`] for a coefficient that is negative or not finite, otherwise as

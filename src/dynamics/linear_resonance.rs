@@ -1,9 +1,10 @@
 //! Resonance of a joint whose contact elements are linear springs. The linear resonance bounds the resonance of the
 //! joint with friction, and is exact at small loads.
 //!
-//! Every natural frequency of a structure rises with its springs (Courant and Fischer). The frequency of mode r of a
-//! joint that slips therefore lies between mode r without tangential springs and mode r with tied bodies, as long as no
-//! element opens or closes.
+//! Stiffer springs raise every natural frequency of a structure (Courant and Fischer). A slipping joint is stiffer than
+//! a joint without tangential springs, and softer than a joint with tied bodies. If no element opens or closes, the
+//! frequency of mode r of the slipping joint has two bounds. The lower bound is the frequency of mode r without
+//! tangential springs, and the upper bound is the frequency of mode r with tied bodies.
 
 use std::f64::consts::TAU;
 
@@ -15,7 +16,7 @@ use crate::linalg::RowMatrix;
 
 /// Stiffness of a tied joint over the stiffness of its contact elements.
 const TIED_STIFFNESS_RATIO: f64 = 1e4;
-/// The bodies are tied if ten times stiffer springs raise the frequency by no more than this factor.
+/// The bodies count as tied if contact springs of ten times the stiffness multiply the frequency by at most this ratio.
 const TIED_FREQUENCY_RATIO: f64 = 1.05;
 /// Normal load \[N\] of a slider that neither slips nor opens.
 const UNREACHABLE_LOAD: f64 = 1e30;
@@ -24,14 +25,15 @@ const UNREACHABLE_LOAD: f64 = 1e30;
 const STICKING_MARGIN: f64 = 0.95;
 /// Safety factor of the sticking limit for banks, whose weaker sliders slip earlier (`tests/drawn/resonances.py`).
 const STICKING_MARGIN_OF_BANKS: f64 = 0.5;
-/// Share of the joint's load that the least loaded elements of banks may carry together without limiting the load.
+/// Largest share of the joint's load that the least loaded elements of banks carry together and that the load limits
+/// ignore.
 const NEGLECTED_LOAD_SHARE: f64 = 1e-3;
 /// Largest ratio of frequency between a mode and its phase resonance.
 const PHASE_RESONANCE_RATIO: f64 = 1.05;
 /// Lowest searched frequency over the frequency of the highest mode.
 const LOWEST_FREQUENCY_RATIO: f64 = 1e-4;
-/// Largest frequency of a rigid mode over the frequency of the highest mode: a rigid mode has this frequency by
-/// rounding.
+/// Largest ratio of the frequency of a rigid mode to the frequency of the highest mode. The frequency of a rigid mode
+/// differs from zero only by rounding.
 const RIGID_FREQUENCY_RATIO: f64 = 1e-6;
 /// Bisections of a limit.
 const BISECTIONS: usize = 40;
@@ -45,11 +47,12 @@ const STUCK: Factors = [1.0, 1.0];
 pub struct LinearResonance {
     /// Number of the mode, from 1, by ascending frequency.
     pub mode: usize,
-    /// Frequency of its phase resonance \[Hz\], or its natural frequency if it has no phase resonance.
+    /// Frequency of the phase resonance of the mode \[Hz\], or the natural frequency of a mode without a phase
+    /// resonance.
     pub frequency: f64,
     /// Modal damping ratio of all linear damping.
     pub damping_ratio: f64,
-    /// Response to the loads at that frequency. `None` without damping.
+    /// Response of the structure to the loads at `frequency`. `None` without damping.
     pub response: Option<LinearResponse>,
 }
 
@@ -60,25 +63,25 @@ pub struct LinearResponse {
     pub displacement: f64,
     /// Tangential force of the joint \[N\].
     pub force: f64,
-    /// Moment of that force about the normal through the origin of the joint \[N m\].
+    /// Moment of the tangential force about the normal through the origin of the joint \[N m\].
     pub moment: f64,
-    /// Largest share of its load at rest that any element loses.
+    /// Largest share of the normal load at rest that any element loses during the cycle.
     pub load_lost: f64,
 }
 
-/// Limits of the linear response of a stuck joint, as multiples of the loads of the scene.
+/// Load limits of the linear response of a stuck joint. Each limit is a multiple of the loads of the scene.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LinearLimits {
-    /// Up to this load no element slips as a whole and no element opens. With one slider per element the linear
-    /// response is exact up to this load. In a bank, some sliders slip under any load. The limit for banks is a share
-    /// of the linear limit, over the elements that carry 99.9 % of the load.
+    /// Largest load at which no element slips as a whole and no element opens. With one slider per element, the linear
+    /// response is exact up to the load `sticks`. In a bank, some sliders slip under any load. For banks, `sticks` is a
+    /// share of `may_slip`. Only the elements that carry 99.9 % of the normal load count.
     pub sticks: f64,
-    /// From this load on an element slips as a whole in the linear response. Infinite if no element slips.
+    /// Smallest load at which an element slips as a whole in the linear response. Infinite if no element slips.
     pub may_slip: f64,
-    /// From this load on an element opens in the linear response. Infinite if no element opens.
+    /// Smallest load at which an element opens in the linear response. Infinite if no element opens.
     pub may_open: f64,
-    /// From this load on the tangential force of the joint exceeds its friction limit. Infinite without tangential
-    /// force.
+    /// Smallest load at which the tangential force of the joint exceeds the friction limit of the joint. Infinite
+    /// without tangential force.
     pub joint_may_slip: f64,
 }
 
@@ -87,7 +90,7 @@ pub struct LinearLimits {
 pub struct LinearResonances {
     /// With all springs of the contact elements, or without contact elements.
     pub stuck: LinearResonance,
-    /// Frequencies of all phase resonances in the range, with these springs \[Hz\].
+    /// Frequencies of all phase resonances of the stuck joint in the range \[Hz\].
     pub in_range: Vec<f64>,
     /// With normal springs only. `None` without contact elements.
     pub free: Option<LinearResonance>,
@@ -102,9 +105,9 @@ pub struct LinearResonances {
 type Coefficients = Vec<f64>;
 
 impl Vibration {
-    /// Computes the linear resonances of the mode that the drive excites most in the range, with contact elements at
-    /// these `centres` \[m\]. If the range has no phase resonance, returns the frequencies of the phase resonances
-    /// outside \[Hz\].
+    /// Computes the linear resonances of the mode that the drive excites most in the range. `centres` contains the
+    /// positions of the contact elements \[m\]. If the range has no phase resonance, returns the frequencies of the
+    /// phase resonances outside of the range \[Hz\].
     ///
     /// # Errors
     /// As [`SecondOrder::modes`] and a linear solve.
@@ -146,8 +149,8 @@ impl Vibration {
     }
 
     /// Returns the phase resonance of the response \[rad/s\] and all phase resonances in the range \[Hz\], with a stuck
-    /// joint. At a given frequency, the nearest of all resonances is chosen. If the range has no phase resonance, the
-    /// function returns the phase resonances outside the range \[Hz\].
+    /// joint. At a single frequency, the function chooses the nearest of all resonances. If the range has no phase
+    /// resonance, the function returns the phase resonances outside the range \[Hz\].
     fn stuck_resonance(
         &self,
         elements: &[ContactElement],
@@ -265,8 +268,8 @@ impl Vibration {
         Ok((resonance, Some(displacement)))
     }
 
-    /// Computes the limits of the stuck response, with its tangential `force` \[N\]. Loads of harmonic 0 keep their
-    /// size; all others are multiplied.
+    /// Computes the limits of the stuck response, with its tangential `force` \[N\]. The limits multiply all loads
+    /// except the loads of harmonic 0, which keep their size.
     fn linear_limits(
         &self,
         elements: &[ContactElement],
@@ -379,7 +382,7 @@ fn least_loaded(elements: &[ContactElement]) -> f64 {
 }
 
 /// Returns the largest factor up to `most` at which `holds` returns true. `holds` must be true below some factor and
-/// false above it.
+/// false above the same factor.
 fn largest(most: f64, holds: impl Fn(f64) -> bool) -> f64 {
     if !holds(0.0) {
         return 0.0;

@@ -1,39 +1,42 @@
 //! March of a slider from the preload to its steady cycle, and the derivative of that cycle.
 //!
 //! If the march converges slowly, Newton's method computes the steady cycle as the fixed point of the force over one
-//! cycle. The fixed point is the steady cycle of the march as long as the slider slips in this cycle.
+//! cycle. The fixed point equals the steady cycle of the march if the slider slips during the steady cycle.
 
 use super::aft::{ForceDerivatives, PeriodicityError, Scratch};
 use super::slider::{self, Dual, FrictionLaw, INPUTS, MEMORY, Number, Slider, Step};
 use crate::linalg::{add_scaled, vectorised};
 
-/// Largest number of plain cycles: cycles marched one after the other. Most motions lose their memory after one cycle.
-/// A slider that slips by much less than it stretches keeps a force across its motion for hundreds of cycles, so
-/// Newton's method takes over.
+/// Largest number of plain cycles, which the slider marches one after the other. Most sliders forget their initial
+/// force after one cycle. Some sliders slip by much less than they stretch. Such a slider keeps a force perpendicular
+/// to its motion for hundreds of cycles, so Newton's method computes the steady cycle.
 const PLAIN_CYCLES: usize = 4;
-/// Change of the force over the second cycle, relative to the largest force, above which Newton's method starts at
-/// once. The third and fourth cycles of the march would change the force by about the square and the cube of this
-/// change, so these cycles would not be steady.
+/// Largest change of the force over the second cycle, divided by the largest force, at which plain cycles continue.
+/// Above this limit, Newton's method starts at once. If the second cycle changes the force by the share c, the third
+/// cycle changes the force by about c². The fourth cycle changes the force by about c³. For c above the limit, the
+/// third and fourth cycles are not steady.
 const SLOW: f64 = 1e-4;
-/// Largest number of cycles in the search for the steady one.
+/// Largest number of cycles in the search for the steady cycle.
 const MOST_CYCLES: usize = 2000;
-/// Largest ratio of the change over a cycle after a guess of the steady force to the change before, for which the guess
-/// is accepted.
+/// Largest ratio of two changes of the force over a cycle, after and before a guess of the steady force. The march
+/// accepts the guess up to this ratio.
 const BETTER: f64 = 0.8;
-/// Change of the force over a cycle, relative to its largest value, at which the cycle is steady: rounding over its
-/// samples.
+/// Largest change of the force over a steady cycle, divided by the largest force. The limit is the rounding error over
+/// the samples of the cycle.
 const STEADY: f64 = 1e-12;
 
-/// Step to the steady force, relative to the largest force, up to which the steady cycle may be without slip: the march
-/// comes to rest there.
+/// Largest step to the steady force, divided by the largest force, at which the steady cycle can be without slip. At a
+/// smaller step, the march has reached the steady force.
 const THERE: f64 = 1e-9;
 
-/// Difference of two forces, relative to the largest force, up to which they are equal: rounding of a step.
+/// Largest difference of two equal forces, divided by the largest force. The limit is the rounding error of a step.
 const SAME: f64 = 1e-14;
 
-/// Determinant of 1 − A below which a cycle keeps its memory; a force that decays over 1e5 cycles has a larger one.
+/// Smallest determinant of 1 − A for a cycle that forgets its initial force. A force that decays over 1e5 cycles has a
+/// larger determinant.
 const FORGETS: f64 = 1e-6;
-/// Determinant of 1 − A below which no step to the steady force is tried; it is slightly above rounding.
+/// Determinant of 1 − A below which Newton's method tries no step to the steady force. The limit is slightly above the
+/// rounding of the determinant.
 const HARDLY: f64 = 1e-11;
 
 /// Memory of a slider that sticks.
@@ -49,13 +52,14 @@ pub(super) struct March<'a> {
 
 /// Steady cycle of the slider.
 struct Steady {
-    /// Force at its beginning.
+    /// Force at the beginning of the steady cycle.
     start: [f64; 2],
-    /// Number of plain cycles before the steady cycle, or up to it if it is a plain cycle.
+    /// Number of plain cycles before the steady cycle. If the steady cycle is a plain cycle, the number includes the
+    /// steady cycle.
     plain: usize,
-    /// Whether it is the last plain cycle.
+    /// Whether the steady cycle is the last plain cycle.
     is_plain: bool,
-    /// Whether it neither slips nor opens.
+    /// Whether the slider neither slips nor opens during the steady cycle.
     stuck: bool,
     closure: PeriodicityError,
 }
@@ -63,11 +67,11 @@ struct Steady {
 /// One cycle of the slider.
 #[derive(Clone, Copy)]
 struct Lap {
-    /// Force at its end.
+    /// Force at the end of the cycle.
     end: [f64; 2],
     /// Square of the largest force.
     largest_square: f64,
-    /// Whether it neither slipped nor opened.
+    /// Whether the slider neither slipped nor opened during the cycle.
     stuck: bool,
 }
 
@@ -83,8 +87,8 @@ pub(super) enum Slope<const K: usize = INPUTS> {
 }
 
 impl March<'_> {
-    /// Computes the steady cycle from the preload, with the forces of its samples in `scratch`. Adds their derivatives
-    /// in the form of [`Self::propagate`].
+    /// Computes the steady cycle from the preload, with the forces at the samples of the steady cycle in `scratch`.
+    /// Adds the derivatives of the forces to `derivative`, in the form of [`Self::propagate`].
     pub(super) fn run(
         &self,
         derivative: Option<&mut ForceDerivatives<'_>>,
@@ -111,8 +115,9 @@ impl March<'_> {
                 Some(before) => self.lap_after(before, from, force),
                 None => self.lap(start, from, force),
             };
-            // Without slip the next cycle equals this one. The change of the first cycle does not count: it begins at
-            // the preload, not at the end of a cycle, even if both forces are zero.
+            // If the slider does not slip, the next cycle equals the current cycle. The march ignores the change of the
+            // first cycle. The first cycle begins at the preload, not at the end of another cycle, even if the forces
+            // at both instants are zero.
             let closure = lap.closure(cycle, start);
             if lap.stuck || cycle > 1 && closure.change <= STEADY {
                 return Steady {
@@ -213,8 +218,8 @@ impl March<'_> {
 
     /// Adds the derivatives of the forces of a steady cycle in the form of [`Self::propagate`].
     ///
-    /// The derivative of a fixed point does not depend on how it was found. If the cycle keeps its memory, the
-    /// derivative of the march is the best available.
+    /// The derivative of a fixed point does not depend on the method that found the fixed point. For a cycle that never
+    /// forgets its initial force, the derivative of the march is the best available derivative.
     fn differentiate(
         &self,
         steady: &Steady,
@@ -252,7 +257,7 @@ impl March<'_> {
         }
     }
 
-    /// Returns the displacement increment and the normal loads of the step to sample `j` of a cycle that starts at the
+    /// Returns the displacement increment and the normal loads of the step to sample `j`. The cycle starts at the
     /// displacement `from`.
     fn inputs(&self, j: usize, from: [f64; 3]) -> ([f64; 2], [f64; 2]) {
         let before = if j == 0 {
@@ -279,8 +284,8 @@ impl March<'_> {
         lap
     }
 
-    /// Computes the lap after the lap `before`, whose forces are in `force`, up to the sample where both laps agree:
-    /// friction never separates forces.
+    /// Computes the lap that follows the lap `before`, up to the sample where both laps have the same force. The slice
+    /// `force` contains the forces of the lap `before`. Equal forces stay equal under friction.
     fn lap_after(&self, before: Lap, from: [f64; 3], force: &mut [[f64; 2]]) -> Lap {
         let (law, kt, mu) = (self.law, self.slider.tangential_stiffness, self.friction);
         let mut lap = Lap::new(before.end);
@@ -302,7 +307,8 @@ impl March<'_> {
         lap
     }
 
-    /// Computes a lap and its (1 − A)⁻¹, see [`memory_inverse`].
+    /// Computes one cycle of the slider and the matrix (1 − A)⁻¹ of the cycle, see [`memory_inverse`]. A is the
+    /// derivative of the force at the end of the cycle with respect to the force at the start.
     fn lap_with_memory(
         &self,
         start: [f64; 2],
@@ -348,7 +354,7 @@ impl March<'_> {
         let mut lap = Lap::new(start);
         for (j, force) in force.iter_mut().enumerate() {
             let (delta, loads) = self.inputs(j, from);
-            // Most steps stick, and their derivatives are constants.
+            // The slider sticks in most steps, and the derivatives of a sticking step are constants.
             let (next, step, slope) =
                 match slider::sticking_force(law, kt, mu, lap.end, delta, loads) {
                     Some(next) => (next, Step::Stick, Slope::Stick),
@@ -376,12 +382,14 @@ impl March<'_> {
         lap
     }
 
-    /// Propagates the offset of `scratch` over a cycle, which `follows` another cycle or begins at the preload.
+    /// Propagates the offset of `scratch` over a cycle. If `follows` is true, the cycle follows another cycle;
+    /// otherwise the cycle begins at the preload.
     ///
-    /// The offset is the derivative of the forces, x then y, minus the derivative of a slider that sticks from u = 0.
-    /// The latter is k_t times the basis functions, and its element adds it. The offset changes only where the slider
-    /// slips or opens. With `store`, its changes are added to `derivative` from their samples on, and the first change
-    /// includes the offset at the start.
+    /// The offset is the derivative of the forces (x, then y) minus the derivative of a reference slider. The reference
+    /// slider sticks from u = 0. The derivative of the reference slider is k_t times the basis functions, and the
+    /// contact element adds this derivative. The offset changes only where the slider slips or opens. With `store`, the
+    /// function adds each change of the offset to `derivative`, from the sample of the change on. The first change
+    /// includes the offset at the start of the cycle.
     fn propagate(
         &self,
         scratch: &mut Scratch,
@@ -489,8 +497,8 @@ fn add_start_offset(slopes: &[Slope], offset: &[f64], derivative: &mut ForceDeri
 }
 
 impl<const K: usize> Slope<K> {
-    /// Returns the derivative of the force after the step with respect to an earlier force, from the derivative of the
-    /// force before the step.
+    /// Returns the derivative of the force after the step with respect to an earlier force. The argument `before` is
+    /// the derivative of the force before the step.
     fn after(&self, before: [[f64; 2]; 2]) -> [[f64; 2]; 2] {
         match self {
             Slope::Open => [[0.0; 2]; 2],
@@ -509,8 +517,8 @@ fn memory(slopes: &[Slope]) -> [[f64; 2]; 2] {
         .fold(UNCHANGED, |before, slope| slope.after(before))
 }
 
-/// Returns (1 − A)⁻¹ for the [`memory`] A of a cycle, or `None` if the determinant is at most `least`, so that the
-/// cycle keeps its memory.
+/// Returns (1 − A)⁻¹ for the [`memory`] A of a cycle. Returns `None` if the determinant of 1 − A is at most `least`,
+/// because such a cycle never forgets its initial force.
 fn memory_inverse(a: [[f64; 2]; 2], least: f64) -> Option<[[f64; 2]; 2]> {
     let m = [[1.0 - a[0][0], -a[0][1]], [-a[1][0], 1.0 - a[1][1]]];
     let determinant = m[0][0] * m[1][1] - m[0][1] * m[1][0];

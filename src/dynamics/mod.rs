@@ -7,9 +7,9 @@
 //!
 //! Conventions: an element has three displacements, x and y in its plane and n along its normal. The displacements are
 //! *relative* between the two bodies; n is positive when the bodies approach. Zero displacement is the preloaded state.
-//! A contact force is positive along its displacement and is subtracted in the equation of motion, so its work over a
-//! cycle is the energy that it takes from the structure. All quantities are in SI units. Frequencies are angular
-//! \[rad/s\] unless a name says otherwise.
+//! A contact force is positive along its displacement, and the equation of motion subtracts the contact force. The work
+//! of a contact force over a cycle is the energy that the force takes from the structure. All quantities are in SI
+//! units. Frequencies are angular \[rad/s\] unless a name says otherwise.
 //!
 //! ```
 //! use std::f64::consts::TAU;

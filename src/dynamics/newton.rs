@@ -1,8 +1,9 @@
 //! Newton's method for the harmonic balance, optionally with the frequency as one more unknown and one more condition.
 //!
-//! The length of a trial step is judged by the simplified correction: the current factors applied to the residual after
-//! the step. The acceptance of a step therefore depends neither on units nor on the distance to a resonance (natural
-//! monotonicity: Deuflhard, Newton Methods for Nonlinear Problems, §3.3).
+//! The solver computes a simplified correction to decide whether it accepts or shortens a trial step. The simplified
+//! correction applies the current factors to the residual after the step. With the simplified correction, the
+//! acceptance depends neither on units nor on the distance to a resonance. Deuflhard calls this property natural
+//! monotonicity (Newton Methods for Nonlinear Problems, §3.3).
 
 use std::cell::RefCell;
 
@@ -16,63 +17,66 @@ use super::{DynamicsError, Energy, HarmonicBalance, Response};
 use crate::journal::{Inputs, Reader, Writer};
 use crate::linalg::{Blocks, Factors, RowMatrix as Matrix, add_scaled};
 
-/// Required relative decrease of the correction, over the step length.
+/// Required relative decrease of the correction, divided by the step length.
 const DESCENT: f64 = 0.25;
-/// Number of trial step lengths 1, ½, …; a step crosses a kink of the friction law with one of them or not at all.
+/// Number of trial step lengths 1, ½, …. If a step crosses no kink of the friction law with one of these lengths,
+/// shorter lengths do not help.
 const HALVINGS: u32 = 6;
-/// Correction below which one more step usually converges, so that the trial needs no Jacobian.
+/// Correction below which one more step usually converges. The trial step at such a correction needs no Jacobian.
 const NEARLY: f64 = 1e-4;
 /// Correction below which expensive Jacobians are reused for further steps.
 const NEAR: f64 = 2e-3;
 /// Number of Krylov iterations above which a step costs more than new Jacobians.
 const DEAR: usize = 25;
-/// Largest ratio of the correction after a step with a reused Jacobian to the correction before it. Above this ratio,
-/// or if more than two such steps would remain, the Jacobians are computed again.
+/// Largest ratio of the correction after a step with a reused Jacobian to the correction before the step. Above this
+/// ratio, or if more than two steps with the reused Jacobian would remain, the solver computes the Jacobians again.
 const CHORD: f64 = 0.1;
-/// Correction over the tolerance below which two steps with a reused Jacobian usually converge.
+/// Ratio of the correction to the tolerance below which two steps with a reused Jacobian usually converge.
 const FEW_CHORDS: f64 = 1e3;
 /// Largest relative tolerance of a step if iterations are expensive.
 const LOOSE: f64 = 1e-2;
-/// If iterations are expensive and a step exceeds its preconditioned estimate by this factor, trial steps are measured
-/// by an iterative solve.
+/// Ratio of a step to the preconditioned estimate of the step. If iterations are expensive and a step exceeds this
+/// ratio, an iterative solve measures the trial steps.
 const MISSED: f64 = 4.0;
-/// Relative tolerance of that iterative solve.
+/// Relative tolerance of the iterative solve that measures trial steps.
 const MEASURED: f64 = 0.1;
-/// Number of consecutive steps that may fail to descend. The law has kinks, and a full step across a kink often helps
-/// although it looks worse.
+/// Largest permitted number of consecutive steps that do not decrease the correction. The law has kinks, and a full
+/// step across a kink often helps although the correction increases.
 const TRIALS: usize = 3;
 /// Number of Krylov iterations above which the element part of the preconditioner is rebuilt.
 const STALE: usize = 25;
 /// Number of Krylov iterations above which the preconditioner is rebuilt if iterations are expensive. Stored directions
 /// then compensate for an old preconditioner.
 const LOST: usize = 75;
-/// Largest grip of the mean displacement (see [`LEAST_GRIP`]), far from the solution. A mean held by only a few
-/// sticking elements runs away when these begin to slip; grip shortens the step.
+/// Largest grip of the mean displacement (see [`LEAST_GRIP`]), far from the solution. If only a few sticking elements
+/// support the mean displacement, the mean runs away when these elements begin to slip. Grip shortens the step of the
+/// mean.
 const MOST_GRIP: f64 = 1e-2;
 /// Grip over the relative correction, between its limits.
 const GRIP_PER_CORRECTION: f64 = 0.1;
-/// Relative change of frequency from its start above which a trial step is skipped: it would lead to another resonance,
-/// if to any.
+/// Relative change of the frequency since the start of the solve above which the solver skips a trial step. A larger
+/// change of the frequency leads to another resonance or to no resonance.
 const FAR: f64 = 0.5;
-/// Correction that is accepted if no step decreases it: kinks of the law may cause it. The response reports the
-/// correction.
+/// Correction that the solver accepts if no step decreases the correction. Kinks of the friction law can cause such a
+/// correction. The response reports the correction.
 const ACCEPTED: f64 = 1e-6;
-/// Accepted correction over the tolerance of the settings if iterations are expensive. Rounding may keep such a
-/// response from the tolerance.
+/// Accepted correction divided by the tolerance of the settings, if iterations are expensive. Rounding can keep the
+/// correction of an expensive iteration above the tolerance.
 const ACCEPTED_OF_COSTLY: f64 = 10.0;
 /// Number of iterations within which the correction must halve.
 const PATIENCE: usize = 8;
 /// Number of consecutive increases of the correction that are allowed if the frequency is free.
 const RUNAWAY: usize = 2;
-/// Smallest correction that counts as such an increase; below it, increases may be rounding.
+/// Smallest correction that counts as an increase for [`RUNAWAY`]. Rounding can cause an increase to a smaller
+/// correction.
 const AWAY: f64 = 0.1;
-/// Weight of a relative change of frequency against one of displacement: amplitudes change by 100 % within about 1 % of
-/// frequency.
+/// Weight of a relative change of the frequency; a relative change of the displacement has the weight 1. Near a
+/// resonance, a frequency change of about 1 % changes the amplitude by 100 %.
 pub(super) const FREQUENCY_WEIGHT: f64 = 100.0;
 
 impl<E: InterfaceElement> HarmonicBalance<E> {
     /// Solves for the response from `state` at the load `factor`, until the correction is within `tolerance`. Reuses
-    /// the `frame` of an earlier solve if it fits, and stores its own frame for a later solve.
+    /// the `frame` of an earlier solve if the frame fits, and stores its own frame for a later solve.
     pub(super) fn converge(
         &self,
         mut state: State,
@@ -82,7 +86,8 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         frame: &mut Option<SolverCache>,
     ) -> Result<Response, DynamicsError> {
         let first_omega = state.omega;
-        // A single evaluation of many samples is expensive if hundreds of searches end here.
+        // A spent budget stops the solve before the first evaluation. Even one evaluation of many samples is expensive
+        // if hundreds of solves begin with a spent budget.
         if self.effort.is_spent() {
             return Err(DynamicsError::EvaluationLimit {
                 frequency: state.omega / (2.0 * std::f64::consts::PI),
@@ -95,7 +100,8 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         // The last measured correction, for the error, and the correction of the current state.
         let (mut last_measured, mut current_size) = (f64::INFINITY, f64::INFINITY);
         let mut iterations_done = 0;
-        // A caller retries a missed resonance from a nearer start; at a given frequency there may be no nearer start.
+        // A caller retries a missed resonance from a nearer start; at a single frequency there is sometimes no nearer
+        // start.
         let patience = match condition {
             Condition::Frequency => 2 * PATIENCE,
             Condition::Linear { .. } => PATIENCE,
@@ -197,14 +203,15 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                 let (step, _) = solve(evaluation, MEASURED)?;
                 Ok(sizes.size(&step))
             };
-            // The grip decreases with the correction, so that it does not slow the convergence.
+            // The grip decreases with the correction, so the grip does not slow the convergence.
             grip = (GRIP_PER_CORRECTION * rough_size).clamp(LEAST_GRIP, MOST_GRIP);
-            // A weakly held mean displacement may move far while the rest of the solution converges. Such a step counts
-            // as progress.
+            // A weakly supported mean displacement can move far while the rest of the solution converges. A step in
+            // which the mean moves far counts as progress.
             let makes_progress = |evaluation: &Evaluation| {
                 is_missed && estimate_size(evaluation) <= 0.5 * rough_size
             };
-            // A correction that does not halve over many iterations indicates a cycle between two sides of a kink.
+            // If the correction does not halve over many iterations, the iterates probably alternate between two sides
+            // of a kink.
             if rough_size < 0.5 * smallest {
                 (smallest, smallest_at) = (rough_size, iteration);
             } else if iteration - smallest_at >= patience {
@@ -237,7 +244,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                 if (trial.omega / first_omega - 1.0).abs() > FAR {
                     continue;
                 }
-                // Most full steps are accepted. A shorter step needs a Jacobian only after it is accepted.
+                // Most full steps are accepted. A shorter step needs a Jacobian only after the solver accepts the step.
                 let trial_grip = (halving == 0 && size_before > jacobian_threshold).then_some(grip);
                 let trial_evaluation = self.evaluate(&trial, factor, condition, trial_grip)?;
                 let trial_size = measure(&trial_evaluation)?;
@@ -336,8 +343,9 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
     }
 
     /// Returns the relative tolerance of the step from a state whose correction is about `correction`. If iterations
-    /// are expensive, the step is solved no more exactly than its curvature error (Eisenstat and Walker 1996), or than
-    /// the final tolerance requires.
+    /// are expensive, the tolerance of the step is the larger of two values. One value is the curvature error of the
+    /// step (Eisenstat and Walker 1996). The other value is the tolerance of the step that the final tolerance
+    /// requires.
     fn step_tolerance(&self, correction: f64, tolerance: f64) -> f64 {
         if !self.has_expensive_jacobian {
             return STEP_TOLERANCE;
@@ -347,7 +355,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
     }
 
     /// Updates the displacement of passive elements, and activates passive elements that slip or open. Returns true if
-    /// any did.
+    /// any element becomes active.
     fn enlarge(&self, state: &mut State, evaluation: &Evaluation) -> bool {
         let width = self.width();
         let mut has_grown = false;
@@ -408,7 +416,7 @@ impl UnknownSizes {
         }
     }
 
-    /// Returns the displacement that counts as much as a change of frequency of 1 rad/s \[m\].
+    /// Returns the displacement \[m\] that has the same weight in a step as a frequency change of 1 rad/s.
     fn per_frequency(&self) -> f64 {
         FREQUENCY_WEIGHT * self.displacement / self.omega
     }
@@ -423,15 +431,15 @@ impl UnknownSizes {
 
 /// Relative tolerance of a Newton step solved by GMRES. Steps of a nearly linear problem then gain four digits each.
 pub(super) const STEP_TOLERANCE: f64 = 1e-4;
-/// Smallest grip: the share of the tangential stiffness that the Jacobian adds for the mean displacement. Full slip
-/// forgets its mean, so a motion held only by friction would run away. A mean with other support converges hardly
-/// slower.
+/// Smallest grip: the share of the tangential stiffness that the Jacobian adds for the mean displacement. Elements in
+/// full slip do not resist a change of the mean displacement. If only friction supports the mean displacement, Newton's
+/// method without grip diverges in the mean. Grip hardly slows the convergence of a mean with other support.
 pub(super) const LEAST_GRIP: f64 = 1e-6;
 /// Number of unknowns up to which elimination replaces failed Krylov iterations: half a gigabyte.
 const MOST_DENSE: usize = 6000;
 /// Number of elements that a thread evaluates at a time.
 const AT_ONCE: usize = 8;
-/// Regularisation of a step with a singular matrix, over the largest diagonal entry of the normal matrix.
+/// Regularisation of a step with a singular matrix, divided by the largest diagonal entry of the normal matrix.
 const REGULARISATION: f64 = 1e-13;
 
 /// Unknowns: frequency, and contact displacements of all elements (the displacements of passive elements follow).
@@ -445,7 +453,7 @@ pub(super) struct State {
 /// Condition that determines the frequency.
 #[derive(Debug, Clone)]
 pub(super) enum Condition {
-    /// The frequency is given.
+    /// The frequency is prescribed.
     Frequency,
     /// The sum of the terms and `by_omega` ω equals `value`.
     Linear {
@@ -499,7 +507,7 @@ pub(super) struct Evaluation {
     pub(super) elements: Vec<usize>,
     /// Contact degrees of freedom of the active elements, then ports with loads.
     pub(super) ports: Vec<usize>,
-    /// Forces on them: contact forces beyond the reference with the sign of a load, then loads.
+    /// Forces on `ports`: contact forces beyond the reference with the sign of a load, then loads.
     pub(super) forces: Vec<f64>,
     /// Applied share of the loads.
     pub(super) factor: f64,
@@ -530,11 +538,11 @@ impl Evaluation {
 /// Data that depend only on the set of active elements.
 pub(super) struct SolverCache {
     elements: Vec<usize>,
-    /// The model among their degrees of freedom.
+    /// The model restricted to the contact degrees of freedom of the active elements.
     among: PortModel,
-    /// The element part of the preconditioner, once it is built.
+    /// The element part of the preconditioner. `None` before the solver builds the element part.
     part: Option<ElementPart>,
-    /// Directions stored by earlier solves with this preconditioner.
+    /// Slow directions that earlier solves with the same preconditioner stored.
     learned: RefCell<SlowDirections>,
 }
 
@@ -701,7 +709,8 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         }
     }
 
-    /// Returns the frame for the active elements of an evaluation; reuses `old` if it has the same elements.
+    /// Returns the frame for the active elements of an evaluation. Reuses the frame `old` if `old` has the same active
+    /// elements.
     pub(super) fn frame(
         &self,
         evaluation: &Evaluation,
@@ -746,7 +755,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
 
     fn wants_krylov(&self, unknowns: usize) -> bool {
         let modal = self.model.leading_coordinates * self.harmonics().coefficients();
-        // The modal part is solved by elimination, so it must be the smaller part.
+        // Elimination solves the modal part of the system, so the modal part must be the smaller part.
         self.model.basis.is_some()
             && unknowns > self.settings.dense_unknowns
             && 2 * modal < unknowns
@@ -911,7 +920,8 @@ impl Solver<'_> {
     }
 }
 
-// Border of a Newton step with a free frequency: the motion of the state with frequency, and the condition on both.
+// Border of a Newton step with a free frequency: the motion of the state with frequency, and the condition on state and
+// frequency.
 
 /// Relative change of frequency for derivatives by central differences; half-power bandwidths are above 1e-4.
 const FREQUENCY_DIFFERENCE: f64 = 1e-6;
@@ -924,7 +934,7 @@ pub(super) struct FrequencyDerivatives {
     partial: f64,
     /// ∂ condition along each of the active unknowns.
     row: Vec<f64>,
-    /// −J⁻¹ `residual`, or its approximation by the preconditioner.
+    /// −J⁻¹ `residual` with the Jacobian J, or the approximation of −J⁻¹ `residual` by the preconditioner.
     motion: Vec<f64>,
     /// Total derivative of the condition with frequency, when the active unknowns move by `motion`.
     total: f64,
@@ -1103,8 +1113,8 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
     /// Computes the derivative of the condition along each active unknown: −cᵀ H G with the weights c of its terms.
     ///
     /// The complex receptance of a harmonic is symmetric, so the transpose of the receptance in real coefficients is
-    /// the conjugate receptance. The product Hᵀ c therefore equals H c with the signs of all sines changed before and
-    /// after.
+    /// the conjugate receptance. Because the receptance is symmetric, the function computes Hᵀ c from a product with H.
+    /// The function changes the signs of all sine coefficients before and after the product.
     fn border(&self, evaluation: &Evaluation, condition: &Condition) -> Vec<f64> {
         let terms = condition.terms();
         let harmonics = self.harmonics();
@@ -1253,8 +1263,8 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         self.threads.install(converge)
     }
 
-    /// Returns the two branches that `work` computes, or reads them from the journal. `by` are the numbers that they
-    /// depend on.
+    /// Returns the two branches that `work` computes, or reads the two branches from the journal. `by` contains the
+    /// numbers on which the branches depend.
     pub(super) fn stored_or_computed_branches(
         &self,
         by: &[f64],

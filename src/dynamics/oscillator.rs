@@ -5,11 +5,10 @@ use super::linear_model::SecondOrder;
 use super::{DynamicsError, Load};
 use crate::linalg::RowMatrix as Matrix;
 
-/// Mass with a spring and a damper to the ground along each axis, and one contact element between the mass and the
-/// ground.
+/// Mass with one contact element to the ground. A spring and a damper along each axis connect the mass to the ground.
 ///
-/// The axes are x, y (in the plane of the contact) and n (positive when the mass approaches the ground). The ports are
-/// the displacements along these axes.
+/// The axes are x, y (in the plane of the contact) and n (positive when the mass approaches the ground). The ports of
+/// the oscillator are the displacements of the mass along x, y and n.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Oscillator {
     /// Mass per axis \[kg\].
@@ -31,7 +30,8 @@ impl Oscillator {
         mass_on_springs(self.mass, self.damping, self.stiffness, 3)
     }
 
-    /// Creates a load `amplitude · cos(ωt + phase)` along `axis` (0 x, 1 y, 2 n) \[N, rad\].
+    /// Creates a load `amplitude · cos(ωt + phase)` along `axis` (0 is x, 1 is y, 2 is n). The unit of `amplitude` is
+    /// N, and the unit of `phase` is rad.
     pub fn load(axis: usize, amplitude: f64, phase: f64) -> Load {
         Load {
             port: axis,
@@ -46,7 +46,7 @@ impl Oscillator {
 /// ports, and the first `contact_dofs` (0 or 3) ports belong to a contact.
 ///
 /// # Errors
-/// [`DynamicsError::OutOfRange`] for a mass that is not positive, or a damping or stiffness that is negative.
+/// Returns [`DynamicsError::OutOfRange`] if a mass is not positive, or if a damping or a stiffness is negative.
 pub fn mass_on_springs(
     mass: [f64; 3],
     damping: [f64; 3],

@@ -1,16 +1,18 @@
 //! Upper bound of the amplitude of any steady motion, for any contact: damping takes no more power than the loads
 //! supply.
 //!
-//! Over a period, the contact forces take energy from the structure or exchange no energy with it. The mean power of
-//! the damping is therefore at most the mean power of the loads, Σ v̄ᵀ C v ≤ Σ Re f̄ᵀ v over the harmonics of the
-//! velocity v and of the loads f. With y = C^½ v and g = C^-½ f, this condition is the ball |y − g/2| ≤ |g|/2. The
-//! velocity of a port b in the first harmonic, a ω = |sᵀ y₁| with s = C^-½ b, is at most (|sᵀ g₁| + |s| |g|)/2. For a
-//! single load on the port itself, this bound is the amplitude F/(c ω) of a resonance.
+//! Over a period, the contact forces take energy from the structure or exchange no energy with it. Because contact
+//! forces supply no energy, the mean power of the damping is at most the mean power of the loads. The powers are sums
+//! over the harmonics of the velocity v and of the loads f: Σ v̄ᵀ C v ≤ Σ Re f̄ᵀ v. With y = C^½ v and g = C^-½ f, the
+//! inequality of the powers becomes the ball |y − g/2| ≤ |g|/2. The velocity of a port b in the first harmonic, a ω =
+//! |sᵀ y₁| with s = C^-½ b, is at most (|sᵀ g₁| + |s| |g|)/2. A single load F on the port b is a special case. The
+//! bound of the amplitude a is then F/(c ω), the amplitude of a resonance with the damping c.
 //!
 //! The bound applies separately to each set of coordinates that exchanges no energy with other coordinates. A contact
-//! without adhesion takes energy from the motion along its normal, and passes none of this energy to the motion in its
-//! plane. In the plane, friction takes at least as much energy, for any change of the normal load. Only the loads in
-//! the plane of a contact therefore supply energy to the motion in the plane.
+//! without adhesion takes energy from the motion along its normal. The contact passes none of the normal energy to the
+//! motion in the plane of the contact. Friction supplies no energy to the motion in the plane over a period, for any
+//! change of the normal load. The contact supplies no energy to the motion in its plane. Only loads in the plane of the
+//! contact supply energy to this motion.
 
 use num_complex::Complex64;
 use std::collections::BTreeMap;
@@ -24,8 +26,8 @@ const UNDAMPED: f64 = 1e-12;
 const ROUNDING: f64 = 1e-9;
 
 impl SecondOrder {
-    /// Returns for each coordinate whether it may exchange energy with the motion of a port: through mass, damping or
-    /// stiffness, or along the normal or in the plane of a contact.
+    /// Returns for each coordinate whether the coordinate can exchange energy with the motion of `port`. Mass, damping
+    /// and stiffness exchange energy between coordinates; a contact exchanges energy along its normal and in its plane.
     pub(super) fn exchanges_energy_with_port(&self, port: usize) -> Vec<bool> {
         let n = self.mass.rows();
         let moves = |port: usize, k: usize| self.basis.at(port, k) != 0.0;
@@ -83,7 +85,7 @@ impl DampingRates<'_> {
         })
     }
 
-    /// Computes C^-½ b of a port b, or returns `None` if a part of it is undamped.
+    /// Computes C^-½ b of a port b, or returns `None` if a part of the port is undamped.
     pub(super) fn scaled(&self, port: usize) -> Option<Vec<f64>> {
         let row = self.model.basis.row(port);
         let along = |r: usize| -> f64 {
@@ -157,7 +159,7 @@ mod tests {
         let port = damping.scaled(0).unwrap();
         // F/c.
         assert!((velocity_bound(&port, &along_x) / 4.0 - 1.0).abs() < 1e-12);
-        // A second load may be out of phase and supplies additional power.
+        // A second load can be out of phase and then supplies additional power.
         let mut loads = vec![Oscillator::load(0, 8.0, 0.3), Oscillator::load(1, 6.0, 1.2)];
         let both = of(&loads);
         assert!(velocity_bound(&port, &both) > 4.0);

@@ -12,9 +12,9 @@ const AT_ONCE: usize = 32;
 
 /// Frequency-independent part of the inverse of `1 + (D + B Z Bᵀ) G`.
 ///
-/// B and Z have only the leading coordinates. D is the block diagonal, 3×3 per element, of the residual and of the
-/// static response of the other coordinates. G is the contact Jacobian beyond the reference. Each element has `P = 1 +
-/// D G`, and `W = Bᵀ G P⁻¹ B`.
+/// The matrices B and Z contain only the leading coordinates of the model. The matrix D is block diagonal with a 3×3
+/// block per element. Each block of D is the residual plus the static response of all coordinates that are not leading.
+/// G is the contact Jacobian beyond the reference. Each element has `P = 1 + D G`, and `W = Bᵀ G P⁻¹ B`.
 pub(super) struct ElementPart {
     /// P⁻¹.
     inverses: Blocks,
@@ -29,8 +29,8 @@ pub(super) struct ElementPart {
 }
 
 impl ElementPart {
-    /// Computes the part for the elements `active` of a model with this `basis`, with Jacobians `beyond` (each `3n ×
-    /// 3n`).
+    /// Computes the element part of the preconditioner for the elements `active` of `model`. `basis` is the basis of
+    /// the model, and `beyond` contains the contact Jacobian of each active element, `3n × 3n`.
     pub(super) fn new(
         threads: &Threads,
         model: &ClosedModel,

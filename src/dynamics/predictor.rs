@@ -62,7 +62,7 @@ fn order(responses: &[Start], places: &[f64]) -> Option<usize> {
     (responses.len() > order).then_some(order)
 }
 
-/// Returns the weights of values at `places` in the polynomial through all of them, or `None` if two places are equal.
+/// Returns the weights of values at `places` in the polynomial through all places, or `None` if two places are equal.
 fn weights(places: &[f64], place: f64) -> Option<Vec<f64>> {
     let weight = |i: usize| {
         let others = places.iter().enumerate().filter(|(j, _)| *j != i);
@@ -74,8 +74,8 @@ fn weights(places: &[f64], place: f64) -> Option<Vec<f64>> {
     (0..places.len()).map(weight).collect()
 }
 
-/// Evaluates the polynomial of an order through the last responses. Returns `None` for too few responses, or two at one
-/// place.
+/// Evaluates at `place` the polynomial of the degree `order` through the last responses. Returns `None` if `responses`
+/// has fewer than `order + 1` responses, or if two responses have the same place.
 fn extrapolate(responses: &[Start], places: &[f64], order: usize, place: f64) -> Option<Start> {
     let first = responses.len().checked_sub(order + 1)?;
     let (responses, places) = (&responses[first..], &places[first..]);

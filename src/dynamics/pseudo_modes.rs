@@ -1,18 +1,18 @@
 //! Pseudo-modes: a few coordinates that represent the inertia of all modes above the retained modes.
 //!
-//! The omitted modes respond with R₀ + ω²R₁ + … at the ports, a series that diverges at the first omitted mode. With
-//! the flexibility R₀ as stiffness and the residual mass R₁ (Rubin, AIAA J. 13, 1975), the pseudo-modes respond with
-//! R₀(R₀ − ω²R₁)⁻¹R₀ instead. This response has the same first two terms as the series, but belongs to a structure with
-//! poles of its own above the retained modes. By Rayleigh and Ritz, these poles are upper bounds of the omitted modes.
-//! The mass and the stiffness of the structure of pseudo-modes are positive at every frequency. The structure of
-//! pseudo-modes has one coordinate per port. Only the coordinates with the lowest poles have notable inertia at the
-//! harmonics of a response. The model keeps the coordinates with the lowest poles, and treats the other coordinates as
-//! static:
+//! The response of the omitted modes at the ports is the series R₀ + ω²R₁ + …. The series diverges at the frequency of
+//! the first omitted mode. The pseudo-modes replace the series by the response R₀(R₀ − ω²R₁)⁻¹R₀ (Rubin, AIAA J. 13,
+//! 1975). In this response, R₀ acts as the stiffness and R₁ as the mass. The response of the pseudo-modes has the same
+//! first two terms as the series. The poles of the pseudo-modes lie above the retained modes. By Rayleigh and Ritz, the
+//! poles of the pseudo-modes are upper bounds of the poles of the omitted modes. The mass and the stiffness of the
+//! structure of pseudo-modes are positive at every frequency. The structure of pseudo-modes has one coordinate per
+//! port. Only the coordinates with the lowest poles have notable inertia at the harmonics of a response. The model
+//! keeps the coordinates with the lowest poles, and treats the other coordinates as static:
 //!
 //! R₀(R₀ − ω²R₁)⁻¹R₀ ≈ Σ_r ψ_rψ_rᵀ/(Λ_r − ω²) + (R₀ − Σ_r ψ_rψ_rᵀ/Λ_r).
 //!
-//! The static coordinates add a constant, positive flexibility. Contact springs in series with this flexibility can be
-//! closed once for all harmonics.
+//! The static coordinates add a constant, positive flexibility. The model closes contact springs in series with the
+//! static flexibility once for all harmonics.
 
 use super::DynamicsError;
 use super::linear_model::symmetrise;
@@ -25,11 +25,12 @@ const NOTHING_LEFT: f64 = 1e-10;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PseudoModeSettings {
     /// Number of pseudo-modes in addition to the modes of a reduced structure. With six or twelve pseudo-modes, the
-    /// frequency of the 30-mode resonator at 979 Hz has an error of 0.001 Hz. This error comes from the slope of the
-    /// residual itself, not from the number of pseudo-modes. A pseudo-mode costs as much as a mode.
+    /// frequency of the 30-mode resonator at 979 Hz has an error of 0.001 Hz. The error of 0.001 Hz comes from the
+    /// slope of the residual itself, not from the number of pseudo-modes. The solver spends as much work on a
+    /// pseudo-mode as on a retained mode.
     pub count: usize,
-    /// Number of additional vectors of the subspace. With these vectors, the poles of the last pseudo-modes have errors
-    /// of some percent.
+    /// Number of vectors of the subspace in addition to `count`. With the additional vectors, the poles of the last
+    /// pseudo-modes have errors of some percent.
     pub guards: usize,
 }
 
@@ -59,16 +60,17 @@ pub struct PseudoModes {
     pub omega: Vec<f64>,
     /// Shapes ψ at the ports \[kg^-1/2\], `ports × modes`, of unit modal mass.
     pub shapes: Matrix,
-    /// Remaining flexibility \[m/N\], `ports × ports`, symmetric. Together with the static share ψψᵀ/Λ of the
-    /// pseudo-modes it is R₀.
+    /// Remaining flexibility \[m/N\], `ports × ports`, symmetric. The sum of the remaining flexibility and the static
+    /// share ψψᵀ/Λ of the pseudo-modes is R₀.
     pub residual: Matrix,
 }
 
-/// Computes the pseudo-modes of lowest frequency, as many as `settings` ask for, or fewer if the residual mass has a lower rank.
+/// Computes the pseudo-modes of lowest frequency. The number of pseudo-modes comes from `settings`, and is smaller if
+/// the residual mass has a lower rank.
 ///
-/// The inputs are the residual flexibility `residual` R₀ \[m/N\] and its slope over ω², `slope` R₁ \[m s²/N\], both
-/// `ports × ports` and symmetric. The subspace begins with the columns of R₁ that a pivoted Cholesky factorisation
-/// chooses, and one inverse iteration improves it.
+/// The input `residual` is the residual flexibility R₀ \[m/N\]. The input `slope` is the derivative R₁ of the residual
+/// flexibility with respect to ω² \[m s²/N\]. Both matrices are symmetric, `ports × ports`. A pivoted Cholesky
+/// factorisation chooses columns of R₁ that span the first subspace. One inverse iteration improves the subspace.
 ///
 /// # Errors
 /// Returns [`DynamicsError::Length`] if the sizes of the matrices differ, [`DynamicsError::Matrix`] for a residual that
@@ -146,8 +148,8 @@ pub fn pseudo_modes(
     })
 }
 
-/// Inverse of a flexibility, or its pseudoinverse if it is singular because the retained modes contain all motion of
-/// some ports.
+/// Inverse of a flexibility matrix, or pseudoinverse of a singular flexibility matrix. The flexibility matrix is
+/// singular if the retained modes contain all motion of some ports.
 enum Inverse {
     Whole(Factors),
     /// Directions, and the inverse of the flexibility along each; 0 along singular directions.
@@ -195,8 +197,8 @@ impl Inverse {
     }
 }
 
-/// Returns up to `most` columns of a symmetric positive semidefinite matrix that span nearly all columns: the pivots of
-/// its Cholesky factorisation, largest first.
+/// Returns up to `most` column indices of a symmetric positive semidefinite matrix. The chosen columns span nearly all
+/// columns. The indices are the pivots of the Cholesky factorisation, largest first.
 fn independent(matrix: &Matrix, most: usize) -> Vec<usize> {
     let size = matrix.rows();
     let mut remaining_diagonal: Vec<f64> = (0..size).map(|i| matrix.at(i, i)).collect();

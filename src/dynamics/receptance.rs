@@ -7,10 +7,10 @@ use super::closed_model::{ClosedModel, Core, DampingLoss};
 use super::linear_model::LinearModel;
 use crate::linalg::RowMatrix as Matrix;
 
-/// Structure given by its receptance matrix, for example from a measurement or a direct solution.
+/// Structure that the user describes by a receptance matrix, for example from a measurement or a direct solution.
 pub struct Receptance<F> {
     /// Receptance of the ports without contact springs at an angular frequency \[m/N\], `ports × ports`, symmetric. The
-    /// harmonic balance also evaluates it at 0.
+    /// harmonic balance evaluates the receptance at all its frequencies, including 0.
     pub receptance: F,
     /// Number of ports.
     pub ports: usize,

@@ -1,13 +1,14 @@
 //! Reduced finite-element structure as a model for the harmonic balance.
 //!
-//! [`ReducedStructure`] stores for every contact element the displacement of the upper body *minus* the displacement of
-//! the lower one, so its normal port is positive when the joint opens. In the harmonic balance, a normal displacement
-//! is positive when the bodies approach. The displacements along x and y have the same signs in the reduced structure
-//! and in the harmonic balance.
+//! For every contact element, [`ReducedStructure`] stores the displacement of the upper body *minus* the displacement
+//! of the lower body. The normal port of an element in the reduced structure is positive when the joint opens. In the
+//! harmonic balance, a normal displacement is positive when the bodies approach. The displacements along x and y have
+//! the same signs in the reduced structure and in the harmonic balance.
 //!
-//! [`pseudo_modes`](super::pseudo_modes) represent the slope of the residual over ω². Without pseudo-modes, the
-//! resonance of the 30-mode resonator at 979 Hz would be 0.060 Hz too high, with an error of 1.5 % on its flanks. With
-//! six pseudo-modes the errors are 0.001 Hz and 0.02 %.
+//! [`pseudo_modes`](super::pseudo_modes) represent the slope of the residual over ω². An example is the 30-mode
+//! resonator with a resonance at 979 Hz. Without pseudo-modes, the resonance frequency of the resonator is 0.060 Hz too
+//! high, and the flanks of the resonance have an error of 1.5 %. With six pseudo-modes, the error of the resonance
+//! frequency is 0.001 Hz, and the error of the flanks is 0.02 %.
 
 use super::linear_model::SecondOrder;
 use super::pseudo_modes::{PseudoModeSettings, pseudo_modes};
@@ -27,7 +28,8 @@ pub struct Damping<'a> {
     pub springs: Option<&'a [f64]>,
 }
 
-/// Returns the springs of the stuck state of `elements` \[N/m\], x, y, n of each in turn.
+/// Returns the spring stiffnesses of `elements` in the stuck state \[N/m\]. The vector contains the stiffnesses along
+/// x, y and n of each element in turn.
 pub fn reference_springs<E: InterfaceElement>(elements: &[E]) -> Vec<f64> {
     let each = elements.iter().map(E::reference_stiffness);
     each.flatten().collect()
@@ -35,16 +37,16 @@ pub fn reference_springs<E: InterfaceElement>(elements: &[E]) -> Vec<f64> {
 
 /// Creates the linear model of a reduced structure, with its contact ports and the additional `ports`.
 ///
-/// The ports of the model are the contact degrees of freedom in the order of the elements (x, y, n each), then
-/// `ports[k]` as number `contact_dofs + k`. `ports[k]` is a port of the reduced structure, see
-/// [`Ports::of_point`](crate::structure::reduction::Ports::of_point); a port may occur twice. Coordinates are the rigid
-/// modes, then the elastic ones, then pseudo-modes. A tied joint has no contact degrees of freedom, and its model is
-/// linear.
+/// The first ports of the model are the contact degrees of freedom in the order of the elements (x, y, n each). The
+/// additional port `ports[k]` follows as port number `contact_dofs + k`. `ports[k]` is a port of the reduced structure,
+/// see [`Ports::of_point`](crate::structure::reduction::Ports::of_point); a port can occur twice. Coordinates are the
+/// rigid modes, then the elastic modes, then the pseudo-modes. A tied joint has no contact degrees of freedom, and its
+/// model is linear.
 ///
 /// # Errors
-/// Returns [`DynamicsError::OutOfRange`] for an additional port that is a contact port or does not exist, or a negative
-/// ratio; [`DynamicsError::Length`] if the numbers of springs and contact degrees of freedom differ;
-/// [`DynamicsError::Matrix`] for a residual that is not a flexibility.
+/// Returns [`DynamicsError::OutOfRange`] if an additional port is a contact port or does not exist, or if a damping
+/// ratio is negative. Returns [`DynamicsError::Length`] if the numbers of springs and contact degrees of freedom
+/// differ. Returns [`DynamicsError::Matrix`] if the residual is not a flexibility.
 pub fn reduced_model(
     reduced: &ReducedStructure,
     ports: &[usize],
@@ -127,14 +129,15 @@ pub fn reduced_model(
     Ok(model)
 }
 
-/// Computes the relative error of the reduced model at the ports, at an imaginary frequency where the flexibility (K +
-/// sM)⁻¹ of the structure is known: the largest difference over the largest entry. Returns `None` if this flexibility
-/// is unknown.
+/// Computes the relative error of the flexibility of the reduced model at the ports. The error is the largest
+/// difference of an entry, divided by the largest entry. The comparison uses an imaginary frequency where the
+/// flexibility (K + sM)⁻¹ of the structure is known. Returns `None` if the flexibility (K + sM)⁻¹ of the structure is
+/// unknown.
 ///
 /// The error of the reduced model grows at least with the square of the frequency, because the pseudo-modes omit some
 /// inertia. The omitted terms of the series alternate in sign at the imaginary frequency, and add up at a real
-/// frequency. The error at the imaginary frequency therefore shows the size of the omitted terms, not the sum of these
-/// terms.
+/// frequency. Because the signs alternate, the error at the imaginary frequency shows only the size of the omitted
+/// terms. The error at a real frequency is the sum of the omitted terms, and can be larger.
 ///
 /// # Errors
 /// Returns [`DynamicsError::Matrix`] for a residual that is not a flexibility.

@@ -11,18 +11,19 @@ use super::{ContinuationSettings, DynamicsError, HarmonicBalance, Response, Star
 
 /// Number of points in the search for a start; a range contains a few modes at most.
 const SCAN: usize = 400;
-/// The search also evaluates the phase at these relative distances from each natural frequency.
+/// Relative distances from each natural frequency at which the search evaluates the phase.
 const BESIDE: [f64; 5] = [1e-6, 1e-5, 1e-4, 1e-3, 1e-2];
-/// Number of points in the search among nonlinear responses, after all else failed.
+/// Number of points in the search among nonlinear responses. The search among nonlinear responses begins if all other
+/// searches fail.
 const NONLINEAR_SCAN: usize = 60;
 /// Minimum budget of evaluations of the search over the range, after raising the load found no resonance.
 const SCAN_LEAST: u64 = 2000;
-/// Budget of that search, over the evaluations of raising the load.
+/// Budget of evaluations of the search over the range, divided by the number of evaluations of raising the load.
 const SCAN_SHARE: u64 = 4;
 /// Number of bisections of an interval with a resonance.
 const BISECTIONS: usize = 40;
-/// Relative width of that interval at which a phase that still leaps indicates no resonance: half-power bandwidths are
-/// above 1e-4.
+/// Relative width at which bisection of an interval with a phase leap ends. If the phase still leaps, the interval
+/// contains no resonance, because half-power bandwidths are above 1e-4.
 const LEAP_WIDTH: f64 = 1e-7;
 /// In-phase share of the displacement on both sides above which the phase leaps. With friction only, the share is 0 at
 /// the largest force that friction bounds.
@@ -33,7 +34,7 @@ const LEAST_FACTOR: f64 = 1.01;
 const ON_THE_WAY: f64 = 1e-3;
 /// Largest relative change of frequency that is extrapolated from the last two loads to the next.
 const AHEAD: f64 = 0.02;
-/// Share of the elements that the first load may move out of their reference.
+/// Largest permitted share of the elements that do not follow their reference at the first load.
 const FIRST_ACTIVE: f64 = 0.5;
 /// Smallest load factor of the start; at smaller loads a preloaded joint is linear.
 const LEAST_LOAD: f64 = 1e-9;
@@ -47,16 +48,18 @@ const FIRST_STEP: f64 = 5e-4;
 const PEAK_WIDTH: f64 = 1e-8;
 
 impl<E: InterfaceElement> HarmonicBalance<E> {
-    /// Computes the phase resonance: the response whose displacement at the drive lags the load by 90°, between the
-    /// angular frequencies of `range`.
+    /// Computes the phase resonance between the two angular frequencies of `range`. In a phase resonance, the
+    /// displacement at the drive lags the load by 90°.
     ///
-    /// The search tries a `guess` first, if given: the response of a similar joint is a good guess. Without a useful
-    /// guess, the search starts from the resonance of the linear structure and raises the load as fast as possible. If
-    /// raising the load fails, the search takes the strongest phase resonance on the branch over the range.
+    /// The search tries `guess` first, if it is `Some`. The response of a similar joint is a good guess. Without a
+    /// useful guess, the search starts from the resonance of the linear structure. The search then raises the load in
+    /// the largest steps that converge. If raising the load fails, the search takes the strongest phase resonance on
+    /// the branch over the range.
     ///
     /// # Errors
-    /// Returns [`DynamicsError::NoResonance`] if the range contains no phase resonance, also if nothing bounds the
-    /// amplitude (no damping, and sliding friction). Returns the error of the last attempt if the solver fails.
+    /// Returns [`DynamicsError::NoResonance`] if the range contains no phase resonance. Without damping, a structure
+    /// with sliding friction has no phase resonance, because nothing bounds the amplitude. Returns the error of the
+    /// last attempt if the solver fails.
     pub fn phase_resonance(
         &self,
         range: (f64, f64),
@@ -97,8 +100,8 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         }
     }
 
-    /// Computes the phase resonance near `guess`: the response whose displacement at the drive lags the load by 90°, by
-    /// Newton's method from `guess` without other attempts.
+    /// Computes the phase resonance near `guess`. In a phase resonance, the displacement at the drive lags the load by
+    /// 90°. Newton's method starts from `guess`, and the function makes no other attempt.
     ///
     /// # Errors
     /// Returns the error of Newton's method, or [`DynamicsError::NoResonance`] if the method leaves the range.
@@ -116,10 +119,11 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         }
     }
 
-    /// Solves for the phase resonance from a state, at this load factor and to this tolerance.
+    /// Solves for the phase resonance with Newton's method, from the state `start`. The second argument contains the
+    /// load factor and the tolerance.
     ///
-    /// Far from the start, the solution may be an antiresonance, where the displacement changes from behind the drive
-    /// to in phase with it.
+    /// A solution far from the start can be an antiresonance. At an antiresonance, the phase of the displacement
+    /// changes from a lag behind the drive to in phase with the drive.
     ///
     /// # Errors
     /// Returns the error of Newton's method, or [`DynamicsError::NoResonance`] at an antiresonance.
@@ -257,9 +261,9 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         places
     }
 
-    /// Returns the load factor to begin with. At this load the linear resonance would make some elements slip or open,
-    /// but not most of them. Newton's method converges from there; from a linear response far beyond, it takes long to
-    /// fail.
+    /// Returns the load factor at which the search begins. At the first load, some elements slip or open in the linear
+    /// response, but not most elements. Newton's method converges from such a linear response. From a linear response
+    /// at a much larger load, Newton's method fails only after many iterations.
     fn first_load(&self, omega: f64) -> Result<f64, DynamicsError> {
         let most_moved = (FIRST_ACTIVE * self.elements.len() as f64).ceil();
         let mut factor = 1.0;
@@ -276,7 +280,8 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
             }
             factor *= 0.5;
         }
-        // The sliders of a bank slip one after the other, so half of them is far already.
+        // For elements with one slider, the search begins at twice the load found. The sliders of a bank begin to slip
+        // one after the other. A load at which half of the sliders slip is already large.
         let margin = if self.has_expensive_jacobian {
             1.0
         } else {
@@ -348,8 +353,8 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         }
     }
 
-    /// Computes the strongest phase resonance on the branch over the range, which may turn back. If the branch cannot
-    /// be followed, searches among responses at frequencies of the range.
+    /// Computes the strongest phase resonance on the branch over the range. The branch can have turning points. If the
+    /// continuation of the branch fails, the function searches among responses at fixed frequencies in the range.
     ///
     /// # Errors
     /// Returns [`DynamicsError::NoResonance`] if the range contains no phase resonance or nothing bounds the amplitude.
@@ -427,7 +432,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         (resonances, failure)
     }
 
-    /// Computes the phase resonance between a response in phase with the drive and a response behind it.
+    /// Computes the phase resonance between a response in phase with the drive and a response behind the drive.
     fn resonance_between(
         &self,
         before: &Response,
@@ -450,7 +455,8 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                 part.abs() / size.max(f64::MIN_POSITIVE)
             };
             if (high.omega - low.omega).abs() <= LEAP_WIDTH * low.omega {
-                // Friction bounds an amplitude by at most 4/π of its limit; without friction nothing bounds it.
+                // The first harmonic of the friction force is at most 4/π of the friction limit. Without friction
+                // nothing bounds the amplitude.
                 if share(&low) > LEAP && share(&high) > LEAP {
                     return Err(no_resonance("bounded phase resonance", range));
                 }
@@ -472,12 +478,12 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         Err(failure.unwrap_or(no_resonance("phase resonance", range)))
     }
 
-    /// Computes the peak: the response with the largest first harmonic at `port`, between the angular frequencies of
-    /// `range`, near `guess` (the phase resonance is a good guess).
+    /// Computes the peak near `guess`: the response with the largest first harmonic at `port`. The peak lies between
+    /// the two angular frequencies of `range`. The phase resonance is a good guess.
     ///
-    /// The peak is a root of the derivative of the squared amplitude along the branch, so a plateau is no difficulty.
-    /// The branch is parametrised by the phase at the port, which changes steadily over a resonance even if the branch
-    /// overhangs; if that fails, by the frequency.
+    /// The peak is a root of the derivative of the squared amplitude along the branch. The search for this root also
+    /// works on a plateau. The parameter of the branch is the phase at the port. The phase changes steadily over a
+    /// resonance, even if the branch overhangs. If the search with the phase fails, the parameter is the frequency.
     ///
     /// # Errors
     /// Returns [`DynamicsError::NoResonance`] if the amplitude still rises at the end of the range, or the error of a
@@ -599,19 +605,19 @@ fn no_resonance(what: &'static str, range: (f64, f64)) -> DynamicsError {
     }
 }
 
-// Peak of a resonance along its branch, with the phase of the response as the coordinate, so that the branch may
-// overhang.
+// Search for the peak of a resonance along its branch. The coordinate is the phase of the response, so the branch can
+// overhang in frequency.
 
 /// Largest step of phase \[rad\].
 const LARGEST_STEP: f64 = 0.2;
-/// Smallest step of phase; below it the search by phase fails \[rad\].
+/// Smallest step of phase in the search for the peak \[rad\]. The search fails if a step must be smaller.
 const LEAST_STEP: f64 = 1e-4;
-/// Largest factor of the amplitude over a step; beyond it the step has left the branch.
+/// Largest factor of the amplitude over a step; a step with a larger factor has left the branch.
 const LEFT: f64 = 1.5;
 /// Largest distance of phase between the start and the peak of the same resonance \[rad\].
 const FARTHEST: f64 = 0.5 * PI;
-/// Angle to the peak of the resonance curve that ends the search \[rad\]. The relative error of the amplitude is half
-/// the square of this angle.
+/// Angle to the peak of the resonance curve that ends the search \[rad\]. The relative error of the peak amplitude is
+/// half the square of the angle to the peak.
 const FLAT: f64 = 5e-3;
 /// Angle to the peak of the resonance curve that ends the search if responses are expensive \[rad\].
 const DEAR: f64 = 1e-2;
@@ -622,7 +628,7 @@ const RISE: f64 = 1e-6;
 /// Largest number of steps of the search by slopes.
 const SLOPES: usize = 5;
 
-/// Response on the branch, with the derivative of the logarithm of its amplitude with respect to the phase.
+/// Response on the branch, with the derivative of the logarithm of the amplitude with respect to the phase.
 struct PhasePoint {
     response: Response,
     phase: f64,
@@ -710,10 +716,12 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         Ok(peak)
     }
 
-    /// Computes the peak in few steps from slopes, or returns `None` if the slopes do not lead to it.
+    /// Computes the peak in few steps from slopes of the amplitude. Returns `None` if the slopes do not lead to the
+    /// peak.
     ///
-    /// The resonance curve of a linear resonance is a circle. On the circle, the amplitude is the cosine of the angle
-    /// to the peak, so the first slope gives the angle to the peak. Later steps use the line through two slopes.
+    /// The resonance curve of a linear resonance is a circle. On the circle, the amplitude is proportional to the
+    /// cosine of the angle to the peak. On the circle, the first slope of the amplitude determines the angle to the
+    /// peak. Later steps use the line through two slopes.
     fn peak_by_slopes(&self, start: &PhasePoint, port: usize, slot: usize) -> Option<Response> {
         let mut angle = start.slope.atan();
         let mut near: Option<PhasePoint> = None;
@@ -730,8 +738,8 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
                 return Some(next.response);
             }
             angle = -next.slope * (next.phase - from.phase) / (next.slope - from.slope);
-            // Friction may make a peak so flat that a point with a small slope is far from the peak. The search
-            // therefore ends when the remaining rise of the amplitude is small.
+            // The search ends when the remaining rise of the amplitude is small. A small slope is not sufficient to end
+            // the search. Friction can make the peak so flat that a point with a small slope is far from the peak.
             if (0.5 * angle * next.slope).abs() <= RISE {
                 return Some(next.response);
             }

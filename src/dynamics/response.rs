@@ -1,4 +1,4 @@
-//! Converged steady response: its data, its construction and its checks.
+//! Data, construction and checks of a converged steady response.
 
 use std::f64::consts::TAU;
 
@@ -7,14 +7,14 @@ use super::closed_model::ClosedModel;
 use super::newton::{Evaluation, State};
 use super::{DynamicsError, HarmonicBalance, Harmonics};
 
-/// Mean force on an unsupported motion, over the forces that it is the sum of, up to which it is rounding.
+/// Mean force on an unsupported motion, divided by the sum of the magnitudes of the single forces. Up to this ratio,
+/// the mean force is a rounding error.
 const UNSUPPORTED: f64 = 1e-7;
-/// Change of a friction force over a cycle, over the largest friction force of the joint, up to which the force is
-/// steady.
+/// Largest change per cycle of a steady friction force, divided by the largest friction force of the joint.
 const CLOSED: f64 = 1e-6;
 
-/// Share of the largest displacement below which an amplitude is the error of Newton's method and rounding: the port
-/// does not move.
+/// Smallest amplitude of a port that moves, divided by the largest displacement. A smaller amplitude is the error of
+/// Newton's method and rounding.
 const STILL: f64 = 1e-9;
 
 /// Energy per cycle \[J\].
@@ -31,7 +31,8 @@ pub struct Energy {
 }
 
 impl Energy {
-    /// Returns the input less all losses, over the largest of them; 0 without motion.
+    /// Returns the supplied energy minus all losses, divided by the largest of these energies. Returns 0 without
+    /// motion.
     pub fn imbalance(&self) -> f64 {
         let scale = self
             .load_work
@@ -58,7 +59,7 @@ pub struct Response {
     pub displacement: Vec<f64>,
     /// Contact force on every contact degree of freedom \[N\], beyond the preload, `contact_dofs × coefficients`.
     pub force: Vec<f64>,
-    /// Whether each element is active: it has unknowns.
+    /// Whether each element is active. Only active elements have unknowns.
     pub active: Vec<bool>,
     /// Number of Newton iterations of the solve that converged.
     pub iterations: usize,
@@ -71,8 +72,8 @@ pub struct Response {
     pub energy: Energy,
 }
 
-/// Ratio of frequencies above which two resonances differ. A wear step changes the frequency by some per cent, also if
-/// a sliding joint sticks afterwards.
+/// Ratio of frequencies above which two resonances differ. A wear step changes the frequency of a resonance by at most
+/// some per cent. The frequency changes by no more if a sliding joint sticks after the wear step.
 const ANOTHER: f64 = 1.25;
 
 /// Start for a solve: the part of a response that another solve needs, suitable for storage.
@@ -88,7 +89,7 @@ pub struct Start {
 }
 
 impl Start {
-    /// Converts this start from the harmonics `from` to the harmonics `to`.
+    /// Converts the coefficients of a start from the harmonics `from` to the harmonics `to`.
     pub fn in_harmonics(&self, from: &Harmonics, to: &Harmonics) -> Start {
         Start {
             displacement: from.transfer(&self.displacement, to),
@@ -96,8 +97,8 @@ impl Start {
         }
     }
 
-    /// Returns the same motion, delayed by an angle of the fundamental \[rad\] and scaled by `size`; its means are
-    /// unchanged.
+    /// Returns the motion of the start, delayed by an angle of the fundamental \[rad\] and scaled by `size`. The means
+    /// of the motion are unchanged.
     pub(super) fn delayed_and_scaled(&self, harmonics: &Harmonics, angle: f64, size: f64) -> Start {
         let turns = harmonics.orders()[1..].iter();
         let turns: Vec<(f64, f64)> = turns
@@ -114,7 +115,8 @@ impl Start {
         out
     }
 
-    /// Checks that a response is the same resonance as this start, by its frequency.
+    /// Compares the frequency of a response with the frequency of the start, to check that both belong to the same
+    /// resonance.
     ///
     /// # Errors
     /// Returns [`DynamicsError::ResonanceLost`] if the response is another resonance.
@@ -131,7 +133,7 @@ impl Start {
 }
 
 impl Response {
-    /// Returns this response as a start. Equal responses give equal starts, to the last bit.
+    /// Returns the response as a start for another solve. Equal responses give equal starts, to the last bit.
     pub fn start(&self) -> Start {
         Start {
             omega: self.omega,
@@ -152,8 +154,8 @@ impl Response {
 }
 
 impl<E: InterfaceElement> HarmonicBalance<E> {
-    /// Returns the half-range amplitude \[m\] and the phase lag behind the drive \[rad, in (−π, π\]\] of the first
-    /// harmonic at `port`.
+    /// Returns the half-range amplitude \[m\] and the phase lag \[rad\] of the first harmonic at `port`. The phase lag
+    /// behind the drive lies in (−π, π\].
     ///
     /// # Errors
     /// Returns [`DynamicsError::HarmonicMissing`], or [`DynamicsError::OutOfRange`] if the port does not exist.
@@ -190,9 +192,9 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         (a.hypot(b), lag)
     }
 
-    /// Returns the contact forces of every element at the converged displacements, and the largest change of a friction
-    /// force from one cycle to the next, relative to the largest friction force of the joint. Forces of active elements
-    /// come from the evaluation.
+    /// Returns the contact forces of every element at the converged displacements. The second result is the largest
+    /// change of a friction force between two cycles, divided by the largest friction force of the joint. Forces of
+    /// active elements come from the evaluation.
     ///
     /// # Errors
     /// Returns [`DynamicsError::NotClosed`].
@@ -270,7 +272,7 @@ impl<E: InterfaceElement> HarmonicBalance<E> {
         let (mut viscous, mut hysteretic) = (0.0, 0.0);
         for (index, core) in evaluation.cores.iter().enumerate().skip(1) {
             let (amplitude, force) = ClosedModel::amplitudes(harmonics, index, core, &generalised);
-            // One cycle of the fundamental contains `order` cycles of this harmonic.
+            // One cycle of the fundamental contains `order` cycles of the harmonic number `index`.
             let order = f64::from(harmonics.orders()[index]);
             let core = &self.model.core;
             let loss = core.loss(order * state.omega, &amplitude, &force);

@@ -1,12 +1,13 @@
-//! Slider of a contact element, and its force over one step. The step is exact for a straight displacement and a linear
-//! change of the load.
+//! Slider of a contact element, and the force of the slider over one step. The step is exact for a straight
+//! displacement and a linear change of the load.
 //!
-//! The step is written once over a [`Number`], so that value and derivative come from the same operations.
+//! The code of the step is generic over the type [`Number`]. The same operations then compute the value and the
+//! derivative.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// Square of a force over the square of its limit up to which the slider sticks. Rounding may put a force that a step
-/// left on the limit slightly above it.
+/// Largest ratio of the square of the force to the square of the friction limit at which the slider sticks. After a
+/// slip step, rounding can put the force slightly above the friction limit.
 const ON_LIMIT: f64 = 1.0 + 4.0 * f64::EPSILON;
 
 /// Friction limit of the two tangential forces of an element.
@@ -21,7 +22,7 @@ pub enum FrictionLaw {
 }
 
 impl FrictionLaw {
-    /// Returns true if friction with this `limit` \[N\] can balance the tangential `force`.
+    /// Returns true if friction with the friction limit `limit` \[N\] can balance the tangential force `force` \[N\].
     pub(super) fn contains(self, force: [f64; 2], limit: f64) -> bool {
         match self {
             FrictionLaw::Cone => square(force) <= ON_LIMIT * limit * limit,
@@ -58,7 +59,7 @@ impl Slider {
         self.normal_load + self.normal_stiffness * (u - self.gap)
     }
 
-    /// Returns true if the slider bears load at rest, or as soon as it is pressed.
+    /// Returns true if the slider bears load at rest, or as soon as the bodies press the slider.
     pub(super) fn bears_load_at_rest(&self) -> bool {
         self.normal_load > 0.0 || (self.gap == 0.0 && self.normal_stiffness > 0.0)
     }
@@ -97,7 +98,7 @@ impl Slider {
 pub(super) const INPUTS: usize = 6;
 /// The first inputs, which are the force before the step.
 pub(super) const MEMORY: usize = 2;
-/// Relative change of the load over a step below which a series gives the logarithmic mean of the load.
+/// Largest relative change of the load over a step at which a series computes the logarithmic mean of the load.
 const SMALL_CHANGE: f64 = 1e-2;
 
 /// Real number, with or without derivatives.
@@ -139,7 +140,8 @@ impl Number for f64 {
     }
 }
 
-/// Number with its derivatives with respect to the first `K` inputs of the step.
+/// Number that depends on a step of the slider. The type also stores the derivatives of the number with respect to the
+/// first `K` inputs of the step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Dual<const K: usize> {
     pub(super) value: f64,
@@ -313,7 +315,7 @@ pub(super) fn step<T: Number>(
 }
 
 /// Computes the tangential force after a step in which the slider stays closed and sticks. Returns `None` for any other
-/// step. The inputs are those of [`step`].
+/// step. The function has the same inputs as [`step`].
 pub(super) fn sticking_force(
     law: FrictionLaw,
     stiffness: f64,
@@ -331,16 +333,17 @@ pub(super) fn magnitude(force: [f64; 2]) -> f64 {
     square(force).sqrt()
 }
 
-/// Returns the square of the length of a force vector, for comparisons: a square root would be most of the cost of a
-/// sticking step.
+/// Returns the square of the length of a force vector. Comparisons use the square, because a square root would be most
+/// of the cost of a sticking step.
 pub(super) fn square([x, y]: [f64; 2]) -> f64 {
     x * x + y * y
 }
 
 /// Computes the force on the limit circle after a step that slips.
 ///
-/// The slider begins to slip at the share s of the step, where |T| equals the limit of that moment. From there the
-/// angle φ between force and motion obeys φ′ = −(k_t |u̇|/µN) sin φ, so tan(φ/2) decays exponentially.
+/// The slider begins to slip after the share s of the step. At this moment, |T| equals the friction limit. During slip,
+/// the angle φ between force and motion obeys φ′ = −(k_t |u̇|/µN) sin φ. As a consequence of this equation, tan(φ/2)
+/// decays exponentially.
 #[inline(always)]
 fn slip<T: Number>(start: [T; 2], pull: [T; 2], trial: [T; 2], [before, limit]: [T; 2]) -> [T; 2] {
     let radial = || {

@@ -37,7 +37,7 @@ impl Spring {
         }
     }
 
-    /// Returns the force \[N\] at a displacement along the spring, and its derivative \[N/m\].
+    /// Returns the force \[N\] at a displacement along the spring, and the derivative of the force \[N/m\].
     pub fn force(&self, displacement: f64) -> [f64; 2] {
         match *self {
             Spring::Cubic { stiffness, .. } => {
@@ -62,7 +62,7 @@ impl Spring {
         force: &mut [f64],
         slope: &mut [f64],
     ) {
-        // The integrands are products of at most four harmonics, so this number of samples integrates them exactly.
+        // The integrands are products of at most four harmonics, so a sum over `samples` samples gives exact integrals.
         let n = harmonics.coefficients();
         let samples = 4 * harmonics.highest() as usize + 1;
         for j in 0..samples {
@@ -82,7 +82,8 @@ impl Spring {
         matches!(self, Spring::Stop { .. })
     }
 
-    /// Returns the name, the value and the allowed values of a parameter out of its range, if there is one.
+    /// Returns the name, the value and the allowed values of a parameter outside of its allowed range, or `None` if all
+    /// parameters are allowed.
     pub(super) fn fault(&self) -> Option<(&'static str, f64, &'static str)> {
         let not_negative = |value: f64| value >= 0.0 && value.is_finite();
         match *self {

@@ -8,35 +8,35 @@ use super::{DynamicsError, HarmonicBalance, Harmonics, Response, Start};
 use crate::journal::Journal;
 use crate::linalg::add_scaled;
 
-/// Ratio of the estimated error to the change of the response when the harmonics are about doubled. At least a third of
-/// the error remains with doubled harmonics, because the truncation error of friction falls about with the square of
-/// the first missing order.
+/// Ratio of the estimated error to the change of the response when the harmonics are about doubled. The truncation
+/// error of friction falls about with the square of the first missing order. At least a third of the error remains when
+/// the harmonics are doubled.
 pub(super) const TAIL: f64 = 2.0;
-/// Ratio of the estimated error to the change of the response if the response with doubled harmonics is the result, so
-/// that only the error of this response counts. An error that falls with the square of the order would give a ratio of
-/// a quarter.
+/// Ratio of the estimated error to the change of the response if the response with doubled harmonics is the result.
+/// Only the error of the response with doubled harmonics then counts. An error that falls with the square of the order
+/// would give a ratio of a quarter.
 const LEFT_OUT: f64 = 1.0 / 3.0;
 /// Tolerance of a response with doubled harmonics that becomes the result.
 const TAKEN: f64 = 1e-3;
-/// Largest ratio of the error after a doubling of the harmonics to the error before; above it another doubling is not
-/// worth its cost.
+/// Largest ratio of the error after a doubling of the harmonics to the error before the doubling. Above this ratio,
+/// another doubling is not worth its cost.
 const GAIN: f64 = 0.7;
-/// Tolerance of an expensive response with doubled harmonics. The last correction of Newton's method counts as an
-/// error, but the truncation error of few harmonics is several times as large. If banks lift off and land again,
-/// Newton's method may not reach a smaller correction.
+/// Tolerance of an expensive response with doubled harmonics. The last correction of Newton's method is a part of the
+/// error. The truncation error of few harmonics is several times as large as this correction. If banks lift off and
+/// land again, Newton's method sometimes does not reach a smaller correction.
 const ESTIMATED: f64 = 1e-2;
-/// Tolerance of a cheap response with doubled harmonics; it is small against the truncation error.
+/// Tolerance of a cheap response with doubled harmonics. The tolerance is small against the truncation error.
 const ROUGHLY: f64 = 1e-5;
 /// Error if the solver finds no response with more harmonics, so that the error is unknown.
 pub(super) const UNKNOWN: f64 = 1.0;
-/// Highest order to which harmonics are extended: 340 elements then have 64 000 unknowns.
+/// Highest order of the harmonics that the search adds. With this order, 340 elements have 64 000 unknowns.
 const HIGHEST: u32 = 31;
 /// Share of the input below which a dissipation is faint: rounding of the input does not count as its error.
 pub(super) const FAINT_DISSIPATION: f64 = 1e-6;
 /// Highest order of the first solve for a response in many harmonics.
 const FEW: u32 = 3;
 
-/// Estimated relative errors of a resonance due to missing harmonics and too few samples.
+/// Estimated relative errors of a resonance. Missing harmonics and too few samples cause the errors.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TruncationError {
     /// Error of the frequency of the phase resonance.
@@ -113,7 +113,7 @@ impl TruncationError {
     }
 }
 
-/// Resonance with its balance and its truncation error.
+/// Resonance, the harmonic balance that computed the resonance, and the truncation error of the resonance.
 pub struct ResolvedResonance<'a> {
     pub balance: HarmonicBalance<ContactElement>,
     pub resonance: Resonance,
@@ -121,7 +121,7 @@ pub struct ResolvedResonance<'a> {
     pub(super) vibration: &'a Vibration,
     /// Whether the peak and the errors are still missing.
     is_open: bool,
-    /// Difference of the response with more harmonics, if it was requested.
+    /// Difference of the response with more harmonics, if a caller requested the response with more harmonics.
     pub correction: Option<Correction>,
     /// Extensions of the harmonics, in order.
     pub extensions: Vec<Extension>,
@@ -130,16 +130,16 @@ pub struct ResolvedResonance<'a> {
 /// Request to use the response with more harmonics as the result.
 #[derive(Debug, Clone, Copy)]
 pub struct CorrectionRequest<'a> {
-    /// The correction of a nearby response, if known; the solve starts from it.
+    /// The correction of a nearby response, if known. The solve starts from the known correction.
     pub near: Option<&'a Correction>,
 }
 
-/// Extension of the harmonics, with its cost.
+/// Result of an extension of the harmonics, and the cost of the extension.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Extension {
     /// The highest order.
     pub highest: u32,
-    /// The larger of the errors of amplitude and dissipation that it estimates.
+    /// The larger of the errors of amplitude and dissipation that the extension estimates.
     pub error: f64,
     /// Number of Newton iterations.
     pub iterations: usize,
@@ -247,11 +247,12 @@ fn energies(response: &Response) -> [f64; 4] {
 }
 
 impl Vibration {
-    /// Computes the resonance with these contact elements, or the response at the given frequency.
+    /// Computes the resonance of the structure with the contact elements `elements`. If the vibration has a single
+    /// frequency, the function computes the response at this frequency.
     ///
-    /// The search starts from a response in some harmonics, if given. The search uses the harmonics of the vibration,
-    /// or the harmonics of the start if the start has more. With a `tolerance`, the search extends the harmonics, up to
-    /// order 31, until the estimated errors of amplitude and dissipation are within the tolerance.
+    /// The search can start from a response. The search uses the harmonics of the vibration, or the harmonics of the
+    /// start response if these are more. With a `tolerance`, the search adds harmonics up to order 31. The search stops
+    /// when the estimated errors of amplitude and dissipation are within the tolerance.
     ///
     /// # Errors
     /// Returns the errors of [`Vibration::resonance`].
@@ -266,7 +267,7 @@ impl Vibration {
     }
 
     /// Computes the resonance of [`Vibration::resolve`] without the peak, the errors and the extension of the
-    /// harmonics. A caller may try other elements before [`ResolvedResonance::with_peak_and_errors`].
+    /// harmonics. A caller can try other elements before [`ResolvedResonance::with_peak_and_errors`].
     ///
     /// # Errors
     /// Returns the errors of [`Vibration::resonance`].
@@ -296,10 +297,11 @@ impl Vibration {
         })
     }
 
-    /// Estimates the errors of a resonance. With a `tolerance`, extends the harmonics until the errors are within it.
+    /// Estimates the errors of a resonance. With a `tolerance`, extends the harmonics until the errors are within the
+    /// tolerance.
     ///
-    /// With a `request`, the response with more harmonics is the result, and the errors belong to that response. The
-    /// harmonics are then extended only as long as this reduces the errors.
+    /// With a `request`, the response with more harmonics is the result, and the errors belong to that response. With a
+    /// `request`, the function extends the harmonics only as long as each extension reduces the errors.
     ///
     /// # Errors
     /// Returns the errors of [`HarmonicBalance::new`].
@@ -320,7 +322,8 @@ impl Vibration {
             extensions: Vec::new(),
         };
         let mut before = f64::INFINITY;
-        // Without a tolerance both kinds of errors belong to this resonance, and are computed in parallel.
+        // Without a tolerance, the errors of harmonics and the errors of samples belong to the same resonance. The
+        // function estimates the two errors in parallel.
         let mut sample_errors = None;
         let mut estimate = match tolerance {
             Some(_) => resolved.estimate(request),
@@ -420,7 +423,7 @@ impl ResolvedResonance<'_> {
         self.vibration.peak_bound()
     }
 
-    /// Adds the peak and the errors, if they are missing.
+    /// Adds the peak and the errors to the resonance, if the peak and the errors are missing.
     ///
     /// # Errors
     /// Returns the errors of [`Vibration::resonance`].
@@ -457,7 +460,7 @@ impl ResolvedResonance<'_> {
         })
     }
 
-    /// Adds the peak, if it is missing.
+    /// Adds the peak to the resonance, if the resonance has no peak.
     ///
     /// # Errors
     /// Returns the errors of [`Vibration::resonance`].
@@ -468,7 +471,7 @@ impl ResolvedResonance<'_> {
         Ok(self)
     }
 
-    /// Applies its correction, if it has one, and returns the response with more harmonics.
+    /// Applies the correction of the resonance, if any, and returns the response with more harmonics.
     ///
     /// # Errors
     /// Returns the errors of [`HarmonicBalance::new`].
@@ -505,9 +508,10 @@ impl ResolvedResonance<'_> {
 
     /// Estimates the errors due to missing harmonics, from the resonance with the harmonics [`Harmonics::beyond`].
     ///
-    /// Returns the errors, and the finer balance with its resonance. A linear response has no finer one, as harmonics
-    /// without load stay 0. With a `request`, the finer response is the result, and the errors belong to it.
-    /// Returns `None` if no finer resonance is found; the errors known before remain.
+    /// Returns the errors of the resonance, the balance with more harmonics, and the resonance of that balance. A
+    /// linear response needs no further harmonics, because harmonics without load stay 0. With a `request`, the
+    /// response with more harmonics is the result, and the errors belong to the response with more harmonics. Returns
+    /// `None` if the solver finds no resonance with more harmonics; the errors of the resonance then remain as before.
     #[allow(clippy::type_complexity)]
     fn estimate(
         &self,
@@ -537,15 +541,16 @@ impl ResolvedResonance<'_> {
         Some((truncation, Some((finer, resonance))))
     }
 
-    /// Estimates the errors due to too few samples, from the resonance with twice the samples. The errors due to few
-    /// samples and the errors due to missing harmonics may cancel, so they are estimated separately.
+    /// Estimates the errors due to too few samples, from the difference to the resonance with twice the samples. Too
+    /// few samples and missing harmonics cause errors that can cancel. Separate functions estimate the errors due to
+    /// samples and the errors due to harmonics.
     fn errors_of_samples(&self) -> TruncationError {
         if self.is_linear() {
             return TruncationError::NONE;
         }
         let harmonics = self.balance.harmonics().clone();
         let more_samples = self.vibration.refined_balance(&self.balance, harmonics, 2);
-        // The solve with more samples may run in parallel with another solve, so the order of journal entries would be
+        // The solve with more samples can run in parallel with another solve, so the order of journal entries would be
         // random.
         let more_samples = more_samples.map(|more_samples| HarmonicBalance {
             journal: Journal::default(),
@@ -569,11 +574,11 @@ impl ResolvedResonance<'_> {
     }
 
     /// Estimates the errors from the difference to the resonance of another balance, and returns that resonance.
-    /// Returns `None` if the solver does not find the resonance of the other balance.
+    /// Returns `None` if the solver finds no resonance with the other balance.
     ///
-    /// A single value may change little because two larger changes cancel. The estimated error of the amplitude is
-    /// therefore at least the overall change of the coefficients of the contact displacements. The error of the
-    /// dissipation is the sum of the changes of all elements.
+    /// A single value can change little because two larger changes cancel. Because changes can cancel, the estimated
+    /// error of the amplitude has a lower bound. The lower bound is the overall change of all coefficients of the
+    /// contact displacements. The error of the dissipation is the sum of the changes of all elements.
     fn errors_by(
         &self,
         finer: &HarmonicBalance<ContactElement>,

@@ -1,4 +1,4 @@
-//! Driven structure whose contact elements change: its parts, its responses and their results.
+//! Driven structure whose contact elements change: parts, responses and results of the structure.
 
 use super::contact_element::ContactElement;
 use super::peak_bound::{DampingRates, velocity_bound};
@@ -9,13 +9,13 @@ use crate::gauge::Gauge;
 use crate::journal::Journal;
 use crate::threads::Threads;
 
-/// Driven structure without its contact elements, which change as they wear.
+/// Driven structure without contact elements. The contact elements change during wear.
 #[derive(Debug, Clone)]
 pub struct Vibration {
-    /// The damped structure with its ports.
+    /// The damped linear structure and the ports of the structure.
     pub model: SecondOrder,
-    /// The loads. The first load of harmonic 1 on the response port is the drive, or the first load of harmonic 1 on
-    /// any port.
+    /// The loads. The drive is the first load of harmonic 1 on the response port. Without such a load, the drive is the
+    /// first load of harmonic 1 on any port.
     pub loads: Vec<Load>,
     /// Loads that grow with the square of frequency, as in [`HarmonicBalance::with_inertial_loads`].
     pub inertial_loads: Vec<Load>,
@@ -29,7 +29,7 @@ pub struct Vibration {
     pub at_omega: Option<f64>,
     /// Range of angular frequencies of the resonance and of the forced response \[rad/s\].
     pub range: (f64, f64),
-    /// Number of equidistant points of the forced response over the range; `None` if continuation places them.
+    /// Number of equidistant points of the forced response over the range. `None` if continuation places the points.
     pub points: Option<usize>,
     /// Gauge that counts iterations and points for progress reports.
     pub gauge: Gauge,
@@ -48,12 +48,12 @@ pub enum ResonanceKind {
     Peak,
     /// The first harmonic is largest at an end of the range or of a branch.
     End,
-    /// The response is at the given frequency, [`Vibration::at_omega`].
+    /// The response is at the single frequency [`Vibration::at_omega`].
     Forced,
 }
 
 impl ResonanceKind {
-    /// Returns its name in tables.
+    /// Returns the name of the kind in tables.
     pub fn name(self) -> &'static str {
         match self {
             ResonanceKind::PhaseResonance => "phase_resonance",
@@ -64,11 +64,11 @@ impl ResonanceKind {
     }
 }
 
-/// Resonance of a structure with its contact elements.
+/// Resonance of a structure with contact elements.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Resonance {
-    /// The response whose displacement at the drive lags it by 90°. `None` if the range has no such response, or at a
-    /// given frequency.
+    /// The phase resonance: the response whose displacement at the drive lags the drive by 90°. `None` if the range has
+    /// no phase resonance, or for a response at a single frequency.
     pub phase: Option<Response>,
     /// The response port.
     pub port: usize,
@@ -76,11 +76,12 @@ pub struct Resonance {
     pub amplitude: f64,
     /// Frequency of the largest first harmonic at the response port that was found \[Hz\].
     pub peak_frequency: f64,
-    /// Half range of that harmonic \[m\].
+    /// Half range of the largest first harmonic at the response port \[m\].
     pub peak_amplitude: f64,
-    /// The response at the peak, or at the given frequency.
+    /// The response at the peak, or at the single frequency of the vibration.
     pub peak: Response,
-    /// Whether it is a peak, an end of the range or of a branch, or the response at the given frequency.
+    /// Kind of the response `peak`: a peak, an end of the range, an end of a branch, or the response at the single
+    /// frequency of the vibration.
     pub peak_kind: ResonanceKind,
     /// Whether the peak is the peak next to the phase resonance.
     pub is_peak_near_phase_resonance: bool,
@@ -93,15 +94,15 @@ pub struct Resonance {
 }
 
 impl Resonance {
-    /// Returns the response that moves the joint, here called the governing response: the phase resonance, or the peak
-    /// without one.
+    /// Returns the governing response, which moves the joint: the phase resonance, or the peak if the range has no
+    /// phase resonance.
     pub fn governing(&self) -> &Response {
         self.phase.as_ref().unwrap_or(&self.peak)
     }
 }
 
-/// Samples per period of the highest harmonic. The error of a force that slips, opens or touches a stop falls with the
-/// square of this number.
+/// Number of samples per period of the highest harmonic. For an element that slips, opens or touches a stop, the
+/// contact force has a sampling error. The sampling error falls with the square of the number of samples.
 const SAMPLES_PER_PERIOD: usize = 10;
 
 /// Returns the number of samples per cycle that resolve harmonics up to `highest`.
@@ -109,11 +110,11 @@ pub fn samples_of(highest: u32) -> usize {
     SAMPLES_PER_PERIOD * highest as usize
 }
 
-/// Relative difference of two frequencies up to which it is rounding.
+/// Relative difference of two frequencies up to which the difference is rounding.
 const SAME_FREQUENCY: f64 = 1e-9;
 
 impl Vibration {
-    /// Creates the balance with these contact elements.
+    /// Creates the harmonic balance of the structure with the contact elements `elements`.
     ///
     /// # Errors
     /// As [`HarmonicBalance::new`].
@@ -124,7 +125,8 @@ impl Vibration {
         self.balance_of(elements, self.harmonics.clone())
     }
 
-    /// Creates the balance with these contact elements in other harmonics, with enough samples for them.
+    /// Creates the harmonic balance of the structure with the contact elements `elements` in the harmonics `harmonics`.
+    /// The balance has enough samples for all these harmonics.
     ///
     /// # Errors
     /// As [`HarmonicBalance::new`].
@@ -144,7 +146,8 @@ impl Vibration {
         )?)
     }
 
-    /// Returns the settings with enough samples for harmonics beyond those of the vibration.
+    /// Returns the settings of the balance, with enough samples for `harmonics`. The set `harmonics` can exceed the
+    /// harmonics of the vibration.
     fn settings_for(&self, harmonics: &Harmonics) -> BalanceSettings {
         let mut settings = self.settings;
         if harmonics.highest() > self.harmonics.highest() {
@@ -174,7 +177,8 @@ impl Vibration {
         ends.iter().any(is_at)
     }
 
-    /// Returns the angular frequencies of the forced response, or `None` if continuation places them.
+    /// Returns the angular frequencies of the points of the forced response, or `None` if continuation places the
+    /// points.
     pub(super) fn omegas(&self) -> Option<Vec<f64>> {
         let (from, to) = self.range;
         self.points.map(|points| {
@@ -201,8 +205,8 @@ impl Vibration {
         )?)
     }
 
-    /// Computes the governing response, from `start` if given: the response at the given frequency, or else the phase
-    /// resonance.
+    /// Computes the governing response: the response at the single frequency of the vibration, or otherwise the phase
+    /// resonance. If `start` is `Some`, the solver starts from `start`.
     ///
     /// # Errors
     /// As [`HarmonicBalance::solve`] and [`HarmonicBalance::phase_resonance`].
@@ -230,8 +234,9 @@ impl Vibration {
         self.resonance_of(balance, phase, response, iterations)
     }
 
-    /// Computes the phase resonance, from `start` if given, and the peak next to it; or the response at the given
-    /// frequency, if there is one.
+    /// Computes the phase resonance and the peak next to the phase resonance. If `start` is `Some`, the solver starts
+    /// from `start`. If the vibration has a single frequency, the function computes only the response at this
+    /// frequency.
     ///
     /// # Errors
     /// As [`HarmonicBalance::phase_resonance`], [`HarmonicBalance::peak`] and [`HarmonicBalance::solve`].
@@ -247,7 +252,7 @@ impl Vibration {
         }
     }
 
-    /// Computes the peak next to a phase resonance, and returns both.
+    /// Computes the peak next to a phase resonance, and returns the peak and the phase resonance.
     pub(super) fn with_nearby_peak(
         &self,
         balance: &HarmonicBalance<ContactElement>,
@@ -347,14 +352,15 @@ impl Vibration {
     }
 }
 
-// Homotopy from an easier vibration to the requested one: additional damping and preload are removed step by step.
+// Homotopy from an easier vibration to the requested vibration. The solver removes the additional damping and preload
+// step by step.
 //
-// Without a preload, raising the load does not help: the problem is then homogeneous in the load, and as hard at the
-// smallest load.
+// Without a preload, the problem is homogeneous in the load. The problem is then as hard at the smallest load as at the
+// full load, so raising the load in steps does not help.
 
 /// Additional damping ratio of the easiest vibration, proportional to mass.
 const DAMPING: f64 = 0.5;
-/// Additional preload of the easiest vibration, over the largest force.
+/// Additional preload of the easiest vibration, divided by the largest force.
 const PRELOAD: f64 = 4.0;
 /// First step, as a share of the additional damping and preload.
 const FIRST: f64 = 0.25;
@@ -362,7 +368,8 @@ const FIRST: f64 = 0.25;
 const LEAST: f64 = 1.0 / 256.0;
 
 impl Vibration {
-    /// Computes the response at `omega` by way of easier vibrations, or returns `None` if they do not lead there.
+    /// Computes the response at `omega` by way of easier vibrations, or returns `None` if the easier vibrations do not
+    /// lead to a response at `omega`.
     pub(super) fn solve_by_homotopy(
         &self,
         balance: &HarmonicBalance<ContactElement>,
@@ -429,11 +436,11 @@ impl Vibration {
 }
 
 impl Vibration {
-    /// Returns an upper bound of the amplitude of the first harmonic at the response port \[m\], at the given frequency
-    /// or over the range.
+    /// Returns an upper bound of the amplitude of the first harmonic at the response port \[m\]. The bound applies at
+    /// the single frequency of the vibration, or over the frequency range.
     ///
-    /// No motion with the period of the drive exceeds it. `None` if a load or the response is along an undamped
-    /// direction, and for a model with a residual or hysteretic damping.
+    /// No motion with the period of the drive exceeds the bound. Returns `None` if a load or the response is along an
+    /// undamped direction. The function also returns `None` if the model has a residual or hysteretic damping.
     pub(super) fn peak_bound(&self) -> Option<f64> {
         let damping = DampingRates::of(&self.model)?;
         let port = damping.scaled(self.response_port)?;
@@ -445,8 +452,8 @@ impl Vibration {
             ))
         };
         let (low, high) = self.at_omega.map_or(self.range, |omega| (omega, omega));
-        // The response to both kinds of loads is at most the sum of the responses to each. Inertial loads grow with the
-        // square of frequency.
+        // The bound is the sum of two bounds: one for the loads of constant amplitude, one for the inertial loads.
+        // Inertial loads grow with the square of frequency.
         Some(
             velocity_bound(&self.loads, 0)? / low + velocity_bound(&self.inertial_loads, 2)? * high,
         )

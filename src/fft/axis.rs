@@ -2,8 +2,9 @@
 //!
 //! Take a line x_j of 2h points whose second half is zero. The even waves of the line are the transform of its first
 //! half. The odd waves of the line are the transform of x_j e^(−iπj/h) in the first half. Two transforms of length h,
-//! which fit in the cache, therefore replace one transform of length 2h, without work on zeros. The inverse transform
-//! needs only the first half of the line, and gets this half from the same two transforms.
+//! one for the even and one for the odd waves, replace one transform of length 2h. The short transforms fit in the
+//! cache and do no work on zeros. The inverse transform computes only the first half of the line, with the inverses of
+//! the two short transforms.
 
 use std::sync::Arc;
 
@@ -11,14 +12,15 @@ use rustfft::{Fft, FftPlanner};
 
 use super::Complex64;
 
-/// Transforms between lines of `cells` values, zero beyond them, and `points` waves.
+/// Transforms between lines of `cells` values, zero beyond the cells, and `points` waves.
 ///
-/// A line is stored in the order of transformed space. A full line contains the waves in their order. A halved line
-/// contains all even waves and then all odd waves.
+/// A line is stored in the order of transformed space. A full line contains the waves in the order of the transform. A
+/// halved line contains all even waves and then all odd waves.
 pub(super) struct Axis {
     pub(super) cells: usize,
     pub(super) points: usize,
-    /// Length of one transform: all points, or half of them in a halved line.
+    /// Length of one transform. A full line has transforms over all points, and a halved line has transforms over half
+    /// of the points.
     length: usize,
     forward: Arc<dyn Fft<f64>>,
     inverse: Arc<dyn Fft<f64>>,
@@ -93,7 +95,7 @@ impl Axis {
         self.inverse.process_with_scratch(lines, scratch);
     }
 
-    /// Passes the value of each cell of a line to its target.
+    /// Passes the value of each cell of a line to the target of the cell.
     #[inline(always)]
     pub(super) fn read_line<T>(
         &self,

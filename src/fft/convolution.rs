@@ -10,12 +10,13 @@ use super::axis::Axis;
 /// Pairs of rows that are transposed together. Four pairs write eight complex numbers, two cache lines, to each column.
 const PAIRS_AT_ONCE: usize = 4;
 
-/// Convolution of a field of `nx * ny` cells with kernels in transformed space, on a padded plane of `px * py`.
+/// Convolution of a field of `nx * ny` cells with kernels. The kernels are in transformed space, and the padded plane
+/// has `px * py` cells.
 ///
-/// The transformed plane is stored column by column. The wave number along y is slow (`py / 2 + 1` values), the wave
-/// number along x is fast (`px` values). The wave numbers along x and y keep the order in which the transforms return
-/// them. Two real rows are transformed as one complex row. Rows and columns that are known to be zero, or whose result
-/// is not needed, are skipped.
+/// The transformed plane is stored column by column. In memory, the wave number along x varies fastest (`px` values).
+/// The wave number along y varies slowest (`py / 2 + 1` values). The wave numbers along x and y keep the order in which
+/// the transforms return the waves. Two real rows are transformed as one complex row. The transforms skip rows and
+/// columns that are known to be zero. The transforms also skip rows and columns whose result is not needed.
 pub struct Convolution {
     along_x: Axis,
     along_y: Axis,
@@ -42,10 +43,11 @@ pub struct VectorKernel {
 }
 
 /// Buffers and threads of the transforms. All convolutions of a grid share one workspace, so that it stays in the
-/// cache. The workspace also counts pairs of transforms.
+/// cache. The workspace counts the pairs of transforms of all convolutions.
 pub struct Workspace {
-    /// Columns of each of two fields, in one block per thread. A thread owns the columns of its block. Each thread also
-    /// owns some rows, and reads and writes these rows in all blocks, one block at a time.
+    /// Columns of each of two fields, in one block per thread. A thread owns the columns of its block. For the
+    /// transforms along rows, each thread owns some rows. The thread reads and writes its rows in all blocks, one block
+    /// at a time.
     planes: [Vec<Mutex<Vec<Complex64>>>; 2],
     threads: Vec<Thread>,
     pool: Option<rayon::ThreadPool>,
@@ -69,7 +71,8 @@ impl Default for Workspace {
 }
 
 impl Workspace {
-    /// Creates buffers for transforms on `threads` threads. Results do not depend on their number.
+    /// Creates buffers for transforms on `threads` threads. The results of the transforms do not depend on the number
+    /// of threads.
     pub fn new(threads: usize) -> Self {
         let threads = threads.max(1);
         let pool = (threads > 1).then(|| {
@@ -91,8 +94,8 @@ impl Workspace {
         self.pairs += pairs;
     }
 
-    /// Returns the pairs of transforms since the last call and resets the count. Each sum begins at zero, so that equal
-    /// work gives equal sums whatever preceded it.
+    /// Returns the pairs of transforms since the last call and resets the count. Each sum begins at zero, so equal work
+    /// gives equal sums after any earlier work.
     pub fn take_pair_count(&mut self) -> f64 {
         std::mem::take(&mut self.pairs)
     }
@@ -116,14 +119,15 @@ impl Workspace {
     }
 }
 
-/// Locks a block of columns. A block in which a thread has panicked is safe to use: every block is written before it is
-/// read.
+/// Locks a block of columns. A block in which a thread has panicked is safe to use, because a thread writes every block
+/// before a thread reads the block.
 fn columns_of(block: &Mutex<Vec<Complex64>>) -> MutexGuard<'_, Vec<Complex64>> {
     block.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl Convolution {
-    /// Plans the convolution of fields of `nx * ny` cells on a plane of `px * py` (`px >= nx`, `py >= ny`).
+    /// Plans the convolution of fields of `nx * ny` cells. The padded plane has `px * py` cells, with `px >= nx` and
+    /// `py >= ny`.
     pub fn new(nx: usize, ny: usize, px: usize, py: usize) -> Self {
         assert!(
             nx >= 1 && ny >= 1 && px >= nx && py >= ny,
@@ -156,15 +160,16 @@ impl Convolution {
         self.waves.len() * self.along_x.points
     }
 
-    /// Transforms an even kernel, given by its values at signed cell offsets, |i| < nx and |j| < ny.
+    /// Transforms an even kernel. The input is the values of the kernel at signed cell offsets, |i| < nx and |j| < ny.
     ///
-    /// `value(-i, -j)` must equal `value(i, j)`. An offset of half the plane equals its opposite, and its value is set
-    /// to zero. A padded plane has no such offset in reach.
+    /// `value(-i, -j)` must equal `value(i, j)`. An offset of half the plane equals the opposite offset, and the
+    /// function sets the value of such an offset to zero. In a padded plane, no two cells have an offset of half the
+    /// plane.
     pub fn kernel(&self, value: impl Fn(isize, isize) -> f64) -> Vec<f64> {
         self.transformed(value, |c| c.re)
     }
 
-    /// Transforms an odd kernel, given by its values at signed cell offsets, |i| < nx and |j| < ny.
+    /// Transforms an odd kernel. The input is the values of the kernel at signed cell offsets, |i| < nx and |j| < ny.
     ///
     /// `value(-i, -j)` must equal `-value(i, j)`. Returns the imaginary part of the transform; its real part is zero.
     pub fn odd_kernel(&self, value: impl Fn(isize, isize) -> f64) -> Vec<f64> {
@@ -186,7 +191,8 @@ impl Convolution {
             };
             (offset.unsigned_abs() < axis.cells && 2 * position != length).then_some(offset)
         };
-        // A kernel fills the whole plane, so this transforms every row and column without the shortcuts of `convolve`.
+        // A kernel fills the whole plane, so the function transforms every row and column, without the shortcuts of
+        // `convolve` for zeros.
         let mut planner = rustfft::FftPlanner::new();
         let row_transform = planner.plan_fft_forward(py);
         let mut row = vec![Complex64::ZERO; py];
@@ -215,7 +221,7 @@ impl Convolution {
         kernel
     }
 
-    /// Tabulates a kernel that is given by its transform at wave numbers (m, n): m signed, 0 ≤ n ≤ py/2.
+    /// Tabulates a kernel from its transform at the wave numbers (m, n). The wave number m is signed, and 0 ≤ n ≤ py/2.
     pub fn symbol(&self, value: impl Fn(isize, usize) -> f64) -> Vec<f64> {
         let px = self.along_x.points;
         let mut symbol = vec![0.0; self.spectrum_len()];
@@ -323,8 +329,9 @@ impl Convolution {
 
     /// Transforms one or two fields, mixes their columns, and transforms one or two fields back.
     ///
-    /// `mix` receives the range of a column in a kernel, and this column of each field. `mix` replaces the columns of
-    /// the fields by the columns of the outputs.
+    /// The function calls `mix` for each column. The arguments of `mix` are the range of the column within a kernel,
+    /// and the values of the column in each field. `mix` replaces the columns of the fields by the columns of the
+    /// outputs.
     fn convolve(
         &self,
         work: &mut Workspace,
@@ -391,7 +398,7 @@ impl Convolution {
         work.progress_counter.add_transforms(inward + outward);
     }
 
-    /// Grows the buffers to the lengths that this convolution needs. Longer buffers are kept.
+    /// Grows the buffers of `work` to the lengths that the convolution needs. Keeps longer buffers.
     fn prepare(&self, work: &mut Workspace, fields: usize, block: usize) {
         let grow = |buffer: &mut Vec<Complex64>, length: usize| {
             if buffer.len() < length {
@@ -437,7 +444,8 @@ impl Convolution {
                 }
             }
             self.along_y.forward(rows, &mut thread.scratch);
-            // With z = a + ib at k and w the same at −k: 2a = z + w* and 2b = −i(z − w*).
+            // The transform of a + ib is z at the wave number k and w at −k. The transforms of a and b follow from
+            // 2a = z + w* and 2b = −i(z − w*).
             for (columns, waves) in plane.iter().zip(self.waves.chunks(block)) {
                 let mut columns = columns_of(columns);
                 for (column, wave) in columns.chunks_exact_mut(nx).zip(waves) {

@@ -28,8 +28,8 @@ pub fn fast_length(least: usize) -> usize {
 
 /// Transforms a complex field of any shape in place, without normalisation.
 ///
-/// The exponent has the sign −i forward and +i inverse. Suits fields that a run transforms a few times, such as a
-/// surface. Use [`Convolution`] for repeated transforms.
+/// The exponent has the sign −i forward and +i inverse. The function suits fields that a run transforms a few times,
+/// such as a surface. Use [`Convolution`] for repeated transforms.
 pub fn transform(values: &mut Vec<Complex64>, nx: usize, ny: usize, direction: FftDirection) {
     let mut planner = FftPlanner::new();
     planner.plan_fft(ny, direction).process(values);

@@ -2,13 +2,14 @@
 
 use super::{RowMatrix, single, vectorised};
 
-/// Number of blocks that are multiplied together, so that their sums stay in registers.
+/// Number of blocks that one pass multiplies. The processor keeps the sums of one pass in registers.
 const SIDE_BY_SIDE: usize = 32;
 
 /// Block-diagonal matrix of square blocks of one size, for repeated products with vectors.
 ///
-/// A product takes as long as reading the matrix, so the entries and the arithmetic are in single precision. Entry
-/// (i, j) of all blocks is contiguous, so that the loop over blocks vectorizes however small the blocks are.
+/// A product takes as long as reading the matrix, so the entries and the arithmetic are in single precision. The matrix
+/// stores entry (i, j) of all blocks contiguously. The compiler can then vectorize the loop over the blocks, even for
+/// small blocks.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Blocks {
     /// Number of blocks, padded with zero blocks to a multiple of [`SIDE_BY_SIDE`].

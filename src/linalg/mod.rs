@@ -67,7 +67,7 @@ pub enum LinalgError {
     TooLarge {
         /// Rows of the matrix.
         size: usize,
-        /// Entries of its lower triangle.
+        /// Number of entries of the lower triangle of the matrix.
         entries: usize,
     },
     /// The elimination order is not a permutation of the rows.

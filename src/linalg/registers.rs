@@ -1,5 +1,5 @@
-//! Clears the vector registers after matrix products, because the matrix kernels of `faer` do not clear the upper
-//! halves of these registers.
+//! This module clears the upper halves of the vector registers after matrix products. The matrix kernels of `faer` fill
+//! the upper halves of the vector registers and do not clear the upper halves.
 
 use faer::linalg::matmul;
 use faer::traits::ComplexField;
@@ -8,7 +8,7 @@ use faer::{Accum, MatMut, MatRef, Par};
 /// Runs `work`, then clears the upper halves of the vector registers.
 ///
 /// While the upper halves are filled, each change between code compiled with and without AVX costs about a hundred
-/// cycles. An exponential of the C library then takes 90 ns instead of 5 ns.
+/// cycles. With filled upper halves, an exponential of the C library takes 90 ns, and with cleared ones 5 ns.
 #[inline(always)]
 pub(super) fn with_cleared_registers<R>(work: impl FnOnce() -> R) -> R {
     let out = work();

@@ -16,7 +16,7 @@ use pulp::Arch;
 use super::registers::{multiply, with_cleared_registers};
 use super::{LinalgError, Matrix};
 
-/// A pivot below this share of the largest entry counts as zero.
+/// Share of the largest matrix entry below which the factorisation treats a pivot as zero.
 const SINGULAR: f64 = 1e-15;
 
 /// A real or complex number.
@@ -82,8 +82,9 @@ pub struct RowMatrix<T = f64> {
     values: Vec<T>,
 }
 
-/// A value below this share of the largest becomes zero in single precision. The share is far below the rounding of
-/// single precision and far above denormal numbers, which a processor handles a hundred times more slowly.
+/// Share of the largest value below which the conversion to single precision replaces a value by zero. The share is far
+/// smaller than the relative rounding error of single precision. The replacement avoids denormal numbers. Arithmetic
+/// with denormal numbers is a hundred times slower.
 const NEGLIGIBLE: f64 = 1e-12;
 
 /// Converts numbers to single precision and replaces negligible ones by zero.
@@ -199,7 +200,7 @@ impl<T: Scalar> RowMatrix<T> {
         &mut self.values
     }
 
-    /// Converts the matrix into its entries, row by row.
+    /// Converts the matrix into the list of the matrix entries, row by row.
     pub fn into_values(self) -> Vec<T> {
         self.values
     }
@@ -266,7 +267,8 @@ impl<T: Scalar> RowMatrix<T> {
         let size = self.rows;
         assert_eq!(size, self.columns, "only square matrices have LU factors");
         let largest = self.values.iter().fold(0.0, |largest: f64, value| {
-            // Unlike `f64::max`, this maximum keeps NaN, so that a matrix with NaN is rejected.
+            // `f64::max` ignores NaN. This loop returns NaN for a matrix with NaN, so that the solver rejects the
+            // matrix.
             let size = value.magnitude();
             if size > largest || size.is_nan() {
                 size

@@ -1,4 +1,4 @@
-//! Sparse symmetric matrices and their factors.
+//! Sparse symmetric matrices, and the triangular factors of these matrices.
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt::factor::LltError;
@@ -144,7 +144,8 @@ pub fn minimum_degree(matrix: &SparseSymmetric) -> Result<Vec<usize>, LinalgErro
     Ok(forward)
 }
 
-/// Elimination order and its inverse: the rows in the order of elimination, and the place of each row in it.
+/// Order in which the factorisation eliminates the rows. `forward` lists the rows in this order. The inverse lists the
+/// place of each row in the order.
 #[derive(Debug, Clone, PartialEq)]
 struct Permutation {
     forward: Vec<usize>,
@@ -189,8 +190,8 @@ fn symbolic(
             size,
         )),
         CholeskySymbolicParams {
-            // The function `trailing_factor` reads supernodes, so the factorisation of a small matrix must have
-            // supernodes too.
+            // The function `trailing_factor` reads supernodes, so the factorisation must have supernodes even for a
+            // small matrix.
             supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL,
             ..Default::default()
         },
@@ -277,8 +278,8 @@ impl SparseCholesky {
         &self.order[self.order.len() - count..]
     }
 
-    /// Returns the dense factor T of the last `count` rows. On these rows and columns A⁻¹ is (T Tᵀ)⁻¹, so a
-    /// flexibility between them needs no solve with the whole factor.
+    /// Returns the dense factor T of the last `count` rows. The block of A⁻¹ for the last `count` rows and columns is
+    /// (T Tᵀ)⁻¹. To compute a flexibility between the last rows, a solve needs only T and not the whole factor.
     pub fn trailing_factor(&self, count: usize) -> Matrix {
         let SymbolicCholeskyRaw::Supernodal(structure) = self.symbolic.raw() else {
             unreachable!("the factor is always asked for as a supernodal one");
@@ -320,7 +321,7 @@ pub struct SparseIndefinite {
 
 impl SparseIndefinite {
     /// Factorizes a matrix whose rows are eliminated in about the given order. Pivoting within supernodes may change
-    /// it.
+    /// the order of elimination.
     pub fn new(matrix: &SparseSymmetric, order: &[usize]) -> Result<Self, LinalgError> {
         let size = matrix.size();
         let symbolic = symbolic(matrix, order)?;

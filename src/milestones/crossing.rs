@@ -1,19 +1,19 @@
 //! Crossing of a level by a history with error bars: the earliest, the nominal and the latest cycles.
 //!
-//! Between its rows a history is a monotone cubic [Fritsch & Butland 1984]. The difference between cubic and
-//! straight line is added to the bar.
+//! A monotone cubic interpolates a history between its rows [Fritsch & Butland 1984]. The error bar includes the
+//! difference between the cubic and a straight line.
 
-/// History of a figure over cycles. The bars are errors of its change since the first row.
+/// History of a figure over cycles. The error bars bound the error of the figure's change since the first row.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct History {
     /// Cycles, ascending.
     pub cycles: Vec<f64>,
-    /// Values of the figure, in its unit.
+    /// Values of the figure, in the unit of the figure.
     pub values: Vec<f64>,
-    /// Bars, in the same unit.
+    /// Error bars of the values, in the unit of the figure.
     pub bars: Vec<f64>,
-    /// Largest additional deviation from the cubic in the middle between the first two rows, as a fraction of
-    /// the change between them. No row shows the initial slope.
+    /// Largest additional deviation of the history from the cubic, midway between the first two rows. The deviation is
+    /// divided by the change between the two rows. The rows do not determine the initial slope.
     pub bend: f64,
 }
 
@@ -154,8 +154,8 @@ impl History {
     }
 }
 
-/// Returns the slopes of the monotone cubic through the rows: the harmonic mean of both neighbouring slopes,
-/// weighted by the lengths, and 0 where their signs differ.
+/// Returns the slope of the monotone cubic at each row. The slope is the harmonic mean of the chord slopes before and
+/// after the row, weighted by the lengths of the intervals. The slope is 0 if the signs of the two chord slopes differ.
 fn slopes(x: &[f64], y: &[f64]) -> Vec<f64> {
     let lengths: Vec<f64> = x.windows(2).map(|pair| pair[1] - pair[0]).collect();
     let pairs = y.windows(2).zip(&lengths);

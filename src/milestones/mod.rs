@@ -1,5 +1,5 @@
-//! Milestones of a joint, with the error bars of its run: for example the number of cycles after which it has
-//! lost a part of its preload.
+//! Milestones of a joint, with error bars. An example of a milestone is the number of cycles after which the joint has
+//! lost 10 % of its preload.
 
 mod crossing;
 mod target;
@@ -130,8 +130,8 @@ impl States {
             bend: figure.bend(),
             ..History::default()
         };
-        // Worn volume at the last row with a resonance. The error bar of a resonance that does not drive the wear
-        // depends on this worn volume.
+        // Worn volume at the last row with a resonance. The error bar of a separately computed resonance depends on
+        // this worn volume.
         let mut worn_before = 0.0;
         for (summary, worn) in &self.rows {
             let value_and_bar = match figure {
@@ -175,9 +175,9 @@ fn contact_figure(summary: &Summary, figure: Figure) -> Option<[f64; 2]> {
     Some([value, bar.unwrap_or(0.0) * value.abs()])
 }
 
-/// Returns the resonance of a state and the bar of its change, if the state has a newly computed resonance:
-/// at updates, and where the worn joint's own resonance is computed. A resonance kept from one update to the
-/// next does not belong to a worn state.
+/// Returns the resonance of a state and the error bar of the resonance change. Returns `None` if the run did not
+/// compute a resonance at this state. The run computes a resonance at each update, and at each state with a separate
+/// resonance of the worn joint. Between updates, the stored resonance is the resonance of an earlier state.
 fn resonance(
     summary: &Summary,
     worn: Option<&WornResponse>,

@@ -1,4 +1,4 @@
-//! Milestones and their text form.
+//! Milestones, and the text that a user writes for a milestone.
 
 use crate::units::{self, Dimension, UnitError};
 
@@ -17,9 +17,9 @@ pub enum Figure {
 /// Target of a figure.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Target {
-    /// Value, in its SI unit.
+    /// The milestone is a value of the figure, in the SI unit of the figure.
     Value(f64),
-    /// Change since the unworn state, in its SI unit.
+    /// The milestone is a change of the figure since the unworn state, in the SI unit of the figure.
     Change(f64),
     /// Fraction of the unworn value.
     Part(f64),
@@ -39,7 +39,7 @@ impl Target {
 pub struct Milestone {
     pub figure: Figure,
     pub target: Target,
-    /// Text as the user wrote it.
+    /// Text of the target, as the user wrote the text.
     pub text: String,
 }
 
@@ -120,15 +120,15 @@ impl Figure {
         }
     }
 
-    /// Returns true if an unworn joint has a zero value of this figure.
+    /// Returns true if the value of the figure is zero for an unworn joint.
     fn is_zero_unworn(self) -> bool {
         matches!(self, Figure::Depth | Figure::Depth99 | Figure::Volume)
     }
 }
 
 impl Milestone {
-    /// Parses the text for a figure: a value (`27kN`), a fraction of the unworn value (`90%`), or with a sign
-    /// a change (`+1Hz`, `-5%`).
+    /// Parses the target of a figure. A text without a sign is a value (`27kN`) or a fraction of the unworn value
+    /// (`90%`). A text with a sign is a change of the figure (`+1Hz`, `-5%`).
     ///
     /// # Errors
     /// Returns [`MilestoneError`].
@@ -207,7 +207,8 @@ impl Milestone {
         }
     }
 
-    /// Describes the milestone without its cycles.
+    /// Returns the name and target of the milestone as text, without the cycles at which the joint reaches the
+    /// milestone.
     pub fn words(&self) -> String {
         format!("{} {}", self.figure.name(), self.text)
     }

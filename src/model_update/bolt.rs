@@ -31,7 +31,7 @@ pub struct Bolt {
     pub stiffness: f64,
     /// Preload N₀ of the unworn joint \[N\].
     pub load: f64,
-    /// Approach δ₀ of the unworn faces under this preload \[m\].
+    /// Approach δ₀ of the unworn faces under the preload N₀ \[m\].
     pub approach: f64,
 }
 
@@ -40,8 +40,8 @@ pub struct Bolt {
 pub struct BoltContact {
     /// Approach δ under the load \[m\]; without load, the approach at first touch.
     pub approach: f64,
-    /// Slope dN/dδ at this load \[N/m\]. The slope only steers the search for the load. A slope of 0, for an unknown
-    /// slope, costs contact solutions but no accuracy.
+    /// Slope dN/dδ of the contact at the load N \[N/m\]. The slope only steers the search for the load. A slope of 0,
+    /// for an unknown slope, costs contact solutions but no accuracy.
     pub kn: f64,
 }
 
@@ -60,13 +60,14 @@ pub struct Preload {
 
 /// Finds the preload N of the worn joint: N = N₀ − k_b (δ(N) − δ₀), to [`PRELOAD_TOLERANCE`] of N₀.
 ///
-/// `worn` solves the contact of the worn faces under a load. The first call has the load `start`, an earlier preload,
-/// or N₀. δ grows with N, so that at most one N exists. The search takes Newton steps with f′ = 1 + k_b/kn, within a
-/// bracket of loads that are too small and too large.
+/// `worn` solves the contact of the worn faces under a load. The first call of `worn` has the load `start`, which is an
+/// earlier preload or N₀. δ grows with N, so the equation has at most one solution N. The search for N takes Newton
+/// steps with f′ = 1 + k_b/kn. The search brackets N: each step stays between a load that is too small and a load that
+/// is too large.
 ///
 /// # Errors
-/// Returns [`ModelUpdateError::Loose`] if no preload is left, [`ModelUpdateError::NotConverged`],
-/// [`ModelUpdateError::OutOfRange`] for an invalid bolt, and the errors of `worn`.
+/// Returns [`ModelUpdateError::Loose`] if the bolt has lost all preload. Returns [`ModelUpdateError::NotConverged`] if
+/// the search fails, and [`ModelUpdateError::OutOfRange`] for an invalid bolt. Returns the errors of `worn` unchanged.
 pub fn preload<E: From<ModelUpdateError>>(
     bolt: Bolt,
     start: Option<f64>,

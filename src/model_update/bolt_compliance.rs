@@ -48,7 +48,7 @@ pub enum Clamping {
     Tapped,
 }
 
-/// Joint with a bolt in its middle. Lengths in m, moduli in Pa.
+/// Two parts that one bolt clamps together, with the bolt in the middle of the joint. Lengths are in m, moduli in Pa.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct BoltedJoint {
     /// Nominal diameter d.
@@ -63,8 +63,8 @@ pub struct BoltedJoint {
     pub bearing_diameter: f64,
     /// Diameter of the hole, d_h.
     pub hole_diameter: f64,
-    /// Outer diameter of the clamped parts, D_A. For parts that are not round, the largest circle about the bolt that
-    /// fits in.
+    /// Outer diameter of the clamped parts, D_A. If the clamped parts are not round, D_A is the diameter of the largest
+    /// circle about the bolt within the parts.
     pub outer_diameter: f64,
     /// Young's modulus of the bolt and the nut.
     pub bolt_modulus: f64,
@@ -77,8 +77,8 @@ pub struct BoltedJoint {
 }
 
 impl BoltedJoint {
-    /// Computes the compliance of the bolt δ_S \[m/N\]: head, shank, free thread, engaged thread, and nut or tapped
-    /// part in series [VDI 2230-1, 5.1.1].
+    /// Computes the compliance of the bolt δ_S \[m/N\] [VDI 2230-1, 5.1.1]. The compliance is the sum over head, shank,
+    /// free thread, engaged thread, and nut or tapped part.
     pub fn bolt(&self) -> f64 {
         let d = self.diameter;
         let area = |diameter: f64| PI / 4.0 * diameter * diameter;

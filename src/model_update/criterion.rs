@@ -12,10 +12,11 @@ pub enum UpdateCriterion {
     /// No change makes an update due.
     #[default]
     Never,
-    /// kn or kt of the joint has changed by the fraction `change`: |k/k_ref − 1| ≥ `change`. If elements have laws of
-    /// their own ([`super::Laws`]), the force or energy of a cycle of the rough contact counts too, compared with the
-    /// elements under the same motion. An update is also due if the worn volume has grown by the fraction
-    /// `volume_growth` since the last update or since running-in, whichever is later.
+    /// kn or kt of the joint has changed by the fraction `change`: |k/k_ref − 1| ≥ `change`. With individual element
+    /// laws ([`super::Laws`]), the criterion in addition compares the rough contact with the elements under the same
+    /// motion. An update is due if the force or the energy per cycle of the contact and of the elements differ by the
+    /// fraction `change`. For all laws, an update is due if the worn volume has grown by the fraction `volume_growth`.
+    /// The growth counts from the last update or from the end of running-in, whichever is later.
     StiffnessChange {
         /// Limit of the relative change of kn, kt, force or energy.
         change: f64,
@@ -43,9 +44,10 @@ pub struct UpdateState {
     pub cycle: Option<CycleFigures>,
 }
 
-/// Force and energy of a cycle of the fine contact under a given vibration: its stiffness and damping for the
-/// structure. If the motion follows the wear, they are relative to the elements under the same motion, times the values
-/// of the elements in the current response.
+/// Force and energy of a cycle of the fine contact under a vibration. The force and the energy determine the stiffness
+/// and the damping of the joint. If the motion is extrapolated between updates, the fine contact and the elements have
+/// the same motion. The values are then the ratio of contact to elements, multiplied by the values of the elements in
+/// the current response.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct CycleFigures {
     /// Half range of the force along the motion \[N\].
@@ -105,11 +107,13 @@ pub enum UpdateCause {
 /// Due update, as a run records it.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct DueUpdate {
-    /// Quantity that is due; of several, the one that changed most.
+    /// Quantity that has reached its limit. If several quantities have reached their limits, the quantity with the
+    /// largest change.
     pub to: UpdateCause,
-    /// Change since the last update. For kn, kt, force and energy the change is k/k_ref − 1 with its sign (∞ if the
-    /// joint has become rigid). For the other causes, the change is the number of iterations, a volume \[m³\], or the
-    /// relative growth of the volume.
+    /// Change since the last update. For the causes kn, kt, force and energy, the change is k/k_ref − 1, with its sign.
+    /// The change is ∞ if the joint has become rigid. For the cause iterations, the change is the number of iterations.
+    /// For the cause volume, the change is the additional worn volume \[m³\]. For the cause volume growth, the change
+    /// is the relative growth of the worn volume.
     pub value: f64,
     /// Limit that the value has reached.
     pub limit: f64,
@@ -191,9 +195,9 @@ impl UpdateCriterion {
         (change.value.abs() >= change.limit).then_some(change)
     }
 
-    /// Returns the progress from the last update (0) to the next (1); 0 if no update is ever due. Volume growth that
-    /// exceeds its limit by little still counts as 1. Volume growth is not an event, and only limits the distance
-    /// between updates.
+    /// Returns the progress from the last update (0) to the next (1); 0 if no update is ever due. The progress is 1 if
+    /// the volume growth slightly exceeds the limit `volume_growth`. Volume growth is not an event, and only limits the
+    /// distance between updates.
     pub fn progress(&self, reference: &UpdateState, now: &UpdateState) -> f64 {
         self.change(reference, now).map_or(0.0, |change| {
             let progress = change.value.abs() / change.limit;
@@ -237,7 +241,7 @@ impl UpdateCriterion {
                     consider(UpdateCause::Energy, change(new.energy, old.energy));
                 }
                 let growth = volume_growth.map(|limit| (relative_growth(reference, now), limit));
-                // Compare the changes relative to their limits.
+                // Select the change with the largest ratio of change to limit.
                 match growth {
                     Some((growth, growth_limit))
                         if growth / growth_limit > largest.1.abs() / limit =>

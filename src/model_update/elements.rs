@@ -7,13 +7,15 @@ use crate::contact::nodes::Interpolation;
 use crate::grid::{Grid, Patch};
 
 /// Contact elements of a structure over a fine grid. An array of equal rectangles covers the rectangle of the grid, and
-/// the structure has some of its faces. The elements are either these faces or the nodes between them.
+/// the structure has some of its faces. The contact elements are either the faces of the structure or the nodes between
+/// the faces.
 ///
-/// *Faces* are numbered in the given order. The grid and the array of faces need not match. A fine cell on a border
-/// between elements is shared in proportion to its area in each element. If a part of a fine cell lies in the bolt
-/// hole, where no elements are, the elements of the cell share this part in proportion. *Nodes* are numbered with i
-/// along x slow and j along y fast. A fine cell is shared by the nodes around it, with the weights of the bilinear
-/// interpolation. For faces and for nodes, the sum over the elements equals the sum over the fine cells.
+/// *Faces* are numbered in the given order. The grid and the array of faces need not match. The elements at a border
+/// share a fine cell in proportion to the area of the cell in each element. No element covers the bolt hole. A part of
+/// a fine cell can lie in the bolt hole. The elements of this cell then share the part in proportion to the areas of
+/// the elements in the cell. *Nodes* are numbered row by row: j along y varies fastest. The nodes around a fine cell
+/// share the cell with the weights of the bilinear interpolation. For both kinds of elements, the sum of a field over
+/// the elements equals the sum over the fine cells.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ContactElements {
     nodes: Option<Nodes>,
@@ -70,12 +72,12 @@ impl Axis {
 }
 
 impl ContactElements {
-    /// Creates elements at the faces `cells`, (i, j) along x and y in an array of `counts` over the rectangle of
-    /// `grid`.
+    /// Creates one element at each face in `cells`. An array of `counts` faces along x and y covers the rectangle of
+    /// `grid`. The indices (i, j) of a face count along x and y.
     ///
     /// # Errors
-    /// Returns an error for no element, an element outside the array, a repeated element, or a grid coarser than the
-    /// array.
+    /// Returns an error if `cells` is empty, contains a face twice, or contains a face outside the array. Returns an
+    /// error if the grid is coarser than the array.
     pub fn new(
         grid: Grid,
         counts: [usize; 2],
@@ -153,8 +155,8 @@ impl ContactElements {
         Ok(elements)
     }
 
-    /// Creates elements at the nodes around the faces `cells`, (i, j) along x and y in an array of `counts` over the
-    /// rectangle of `grid`.
+    /// Creates one element at each node around the faces in `cells`. An array of `counts` faces along x and y covers
+    /// the rectangle of `grid`. The indices (i, j) of a face count along x and y.
     ///
     /// # Errors
     /// Returns the errors of [`ContactElements::new`].
@@ -200,8 +202,8 @@ impl ContactElements {
         let mut centred = vec![Vec::new(); element_nodes.len()];
         for c in 0..grid.len() {
             if elements.patch.is_in_joint[c] {
-                // The centre of a kept cell lies in a face or on its border, so at least one of its nodes is an
-                // element.
+                // The centre of a kept cell lies in a face of the structure or on the border of the face. At least one
+                // node around the cell is therefore an element.
                 let around: Vec<(usize, f64)> = interpolation.nodal_weights(c).collect();
                 let nearest = around.iter().map(|(_, part)| *part).fold(0.0, f64::max);
                 for (node, part) in around {
@@ -269,13 +271,14 @@ impl ContactElements {
         &self.areas
     }
 
-    /// Returns the gap g₀ ≥ 0 of each element in a static contact with these loads \[m\]; 0 for a loaded element.
+    /// Returns the gap g₀ ≥ 0 of each element in a static contact \[m\]. The gap is 0 for an element with a positive
+    /// `normal_load`.
     ///
     /// # Panics
     /// Panics if the field does not have one value per cell of the grid.
     pub fn static_gaps(&self, gap: &[f64], normal_load: &[f64]) -> Vec<f64> {
-        // The gap of a loaded cell is the residual of the solver, or negative at the cap. An element may also carry a
-        // share of a cell on its border while all cells centred in it are open.
+        // The gap of a loaded cell is the residual of the solver, or negative at the cap. An element can carry load
+        // even if all cells centred in the element are open. The load is then from a cell on the border of the element.
         let pairs = self.gaps(gap).into_iter().zip(normal_load);
         pairs
             .map(|(gap, &load)| if load > 0.0 { 0.0 } else { gap.max(0.0) })
@@ -308,8 +311,9 @@ impl ContactElements {
         sums
     }
 
-    /// Returns the normal load N₀ of each element under a pressure field \[Pa\], or its force along an axis under a
-    /// shear field \[N\]. The loads sum to the load of the joint [A §2e].
+    /// Returns the integral of a pressure or shear field \[Pa\] over each element \[N\]. The integral of the pressure
+    /// is the normal load N₀ of the element. The integral of the shear along an axis is the tangential force of the
+    /// element. The loads of the elements sum to the load of the joint [A §2e].
     ///
     /// # Panics
     /// Panics if the field does not have one value per cell of the grid.
@@ -317,8 +321,9 @@ impl ContactElements {
         self.integrals(pressure)
     }
 
-    /// Returns the smallest gap of each element \[m\] [A §2e], over the fine cells whose centre lies in a face or on
-    /// its border, or is nearest to a node. The gap is negative where capped cells overlap.
+    /// Returns the smallest gap of each element \[m\] [A §2e]. For a face, the minimum is over the fine cells with
+    /// their centres in the face or on the border of the face. For a node, the minimum is over the fine cells that are
+    /// nearest to the node. The gap is negative where capped cells overlap.
     ///
     /// # Panics
     /// Panics if the field does not have one value per cell of the grid.

@@ -1,21 +1,22 @@
-//! Normal laws of contact elements from their loads at both ends of a motion.
+//! Normal laws of contact elements from the loads of the elements at both ends of a motion.
 //!
 //! At rest, an element has the normal stiffness of the fine contact under an equal approach of all cells. In a
 //! vibration, one place closes while another opens, by a good part of the static approach. A rough contact becomes
-//! stiffer as it closes. Once a response is computed, the fine contact is therefore displaced at its nodes like the
-//! elements at both ends of the motion. Each element gets two secants: one stiffness for opening, and in addition the
-//! stiffness of sliders that close.
+//! stiffer as the contact closes. After each computed response, the model update solves the fine contact at both ends
+//! of the motion. The displacements of the elements are prescribed at the nodes. Each element gets two secant
+//! stiffnesses: the stiffness of all sliders for opening, and the stiffness of the closing sliders.
 
 use super::ElementParameters;
 use super::sliders::Sliders;
 
-/// Bounds of a secant, relative to the stiffness at rest. In a lap joint that twisted, a secant made a corner seven
-/// times too stiff.
+/// Bounds of a secant, relative to the stiffness at rest. In a twisting lap joint, the secant stiffness of one corner
+/// element was seven times too large.
 const SECANTS: [f64; 2] = [0.1, 10.0];
-/// Elements whose load varies by less than this fraction of the mean element load keep their law. The difference of two
-/// solves is then meaningless.
+/// Smallest load variation of an element for new secants, as a fraction of the mean element load. Below this variation,
+/// the element keeps its normal law, because the solver errors exceed the load variation.
 const LEAST_VARIATION: f64 = 1e-3;
-/// Number of bisections of the logarithm of [`SECANTS`], down to 1e-6 of it.
+/// Number of bisections of the logarithm of a secant between the bounds [`SECANTS`]. The bisections reduce the interval
+/// to 1e-6 of its length.
 const HALVINGS: usize = 22;
 
 /// Approach of the contact elements at both ends of a motion, and the load of the fine contact there.
@@ -30,10 +31,11 @@ pub struct EndLoads {
 }
 
 impl EndLoads {
-    /// Returns the difference between the loads of elements with these `laws` and of the fine contact. Each element's
-    /// difference is relative to its load and weighted by its share of the friction work: a place with a hundredth of
-    /// the load may matter if it slips far. The difference is relative to the total load for elements without load at
-    /// rest, and for all elements if nothing slips. Returns the larger value of both ends; 0 without sliders.
+    /// Returns the difference between the element loads under `laws` and the loads that the fine contact puts on the
+    /// elements. The difference of each element is relative to the element's load, and weighted by the element's share
+    /// of the friction work. An element with a hundredth of the load may matter if the element slips far. The
+    /// difference is relative to the total load for elements without load at rest, and for all elements if nothing
+    /// slips. Returns the larger value of both ends; 0 without sliders.
     pub fn difference(&self, laws: &ElementParameters) -> f64 {
         let Some(sliders) = &laws.sliders else {
             return 0.0;
@@ -129,9 +131,10 @@ fn slider_load(
     }
 }
 
-/// Finds the factors with which a loaded element with the sliders `own_sliders` carries the loads at both `ends`, each
-/// an approach and a load. The end that opens more determines the factor of all normal stiffness, the end that closes
-/// more the factor of the closing sliders.
+/// Fits two stiffness factors, so that a loaded element carries the loads at both ends of the motion. `own_sliders`
+/// lists the sliders of the element, and `ends` contains the approach and the load at each end. The end that opens more
+/// determines the factor of the stiffness of all sliders. The end that closes more determines the factor of the
+/// stiffness of the closing sliders.
 fn secants(
     sliders: &Sliders,
     own_sliders: std::ops::Range<usize>,
@@ -184,7 +187,8 @@ fn bisect(function: impl Fn(f64) -> f64) -> f64 {
     (low * high).sqrt()
 }
 
-/// Adjusts an element without load at rest, so that it closes where the fine contact closes.
+/// Adjusts the slider of an element without load at rest. The adjusted slider closes at the same approach as the fine
+/// contact.
 fn fit_closing_slider(sliders: &mut Sliders, slider: usize, ends: [[f64; 2]; 2]) {
     let [_, [approach, load]] = match ends[0][0] > ends[1][0] {
         true => [ends[1], ends[0]],

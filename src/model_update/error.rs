@@ -10,9 +10,9 @@ pub enum ModelUpdateError {
     GridTooCoarse {
         /// `"x"` or `"y"`.
         axis: &'static str,
-        /// Cells of the fine grid along this axis.
+        /// Number of cells of the fine grid along `axis`.
         cells: usize,
-        /// Contact elements along this axis.
+        /// Number of contact elements along `axis`.
         elements: usize,
     },
     /// The joint has no contact element.
@@ -52,7 +52,7 @@ pub enum ModelUpdateError {
         /// `"kn"` or `"kt"`.
         name: &'static str,
     },
-    /// A number is out of its range.
+    /// The value of the parameter `name` is outside the permitted range.
     #[error("{name} is {value:e}; it must be {expected}")]
     OutOfRange {
         /// Name of the number.

@@ -1,10 +1,12 @@
-//! Laws of contact elements from their own motion.
+//! Laws of contact elements from the motion of each element in the vibration.
 //!
-//! A push that displaces all cells equally ([`super::sliders`]) yields the force of an element whose neighbours move
-//! with it. In a vibration, the neighbours may move farther or less far, and so drag the element or restrain it. Once a
-//! response is computed, the fine contact therefore follows its motion. The force of an element on the way to the end
-//! of the motion becomes its backbone up to that point. Beyond it, the backbone of the push remains. The new laws
-//! change the response, so both steps repeat until the two scales agree.
+//! The laws of [`super::sliders`] come from a push that displaces all cells equally. In a vibration, neighbouring
+//! elements can move by different amounts. If an element moves farther than its neighbours, the force of the element
+//! differs from the force under the uniform push. After each computed response, the model update displaces the fine
+//! contact with the motion of the elements in the response. The force of an element in this loading becomes the
+//! backbone of the element, up to the end of the motion. Beyond the end of the motion, the element keeps the backbone
+//! of the push. The new laws change the response, so the update repeats both computations until the response and the
+//! fine contact agree.
 
 use super::sliders::{Sliders, concave_slopes, levels, slider_bank};
 use super::{ContactElements, ElementParameters, UpdateSettings};
@@ -25,8 +27,8 @@ pub struct Loading {
 }
 
 impl Loading {
-    /// Returns the fractions of the motion at which to evaluate elements with these laws: from sticking to beyond the
-    /// end.
+    /// Returns the fractions of the motion at which to evaluate elements with the given `laws`. The first fraction is
+    /// where the elements stick, and the last lies beyond the end of the motion.
     pub fn parts(laws: &ElementParameters, reach: &[[f64; 2]], mu: f64) -> Vec<f64> {
         let strength: f64 = mu * laws.normal_load.iter().sum::<f64>();
         let stuck = laws.kt.iter().zip(reach).map(|(kt, u)| kt * length(u));
@@ -69,8 +71,9 @@ impl Loading {
         }
     }
 
-    /// Returns elements whose backbone follows this loading up to its end, and their previous `laws` beyond it. Loads,
-    /// gaps and normal stiffness stay the same.
+    /// Returns elements with new backbones. Up to the end of the loading, the new backbone is the force of this
+    /// loading. Beyond the end, the new backbone continues the backbone in `laws`. Loads, gaps and normal stiffness
+    /// stay the same.
     pub fn laws(&self, laws: &ElementParameters, mu: f64) -> ElementParameters {
         let Some(previous) = &laws.sliders else {
             return laws.clone();
@@ -118,9 +121,9 @@ impl Loading {
         }
     }
 
-    /// Returns the backbone of an element: the levels of its displacement \[m\], its force at each level \[N\], and the
-    /// index of the level at which the motion turns. `sliders` contains the strength and the stiffness of each slider
-    /// of the element.
+    /// Returns the backbone of an element. The backbone lists the levels of the displacement of the element \[m\] and
+    /// the force at each level \[N\]. The third value is the index of the level at which the motion turns. `sliders`
+    /// contains the strength and the stiffness of each slider of the element.
     fn backbone(
         &self,
         element: usize,

@@ -1,10 +1,12 @@
-//! Parameters of the structure's contact elements from the fine contact solution [A §2e], and when to update them.
+//! Parameters of the structure's contact elements from the fine contact solution [A §2e], and criteria for an update of
+//! the parameters.
 //!
 //! The fine contact is solved on the grid of the joint, with hundreds of cells along a side. The structure has a few
 //! hundred contact elements. [`ContactElements`] maps between the cells of the grid and the contact elements.
-//! [`Springs`] selects the part of the compliance of the fine contact that the elements get, and [`ElementParameters`]
-//! contains the stiffness of each element. Alternatively, [`Laws`] gives each element its own law. [`UpdateCriterion`]
-//! decides after a wear step whether the elements are updated. [`preload`] computes the remaining load of the bolt.
+//! [`Springs`] selects the part of the contact compliance that the element springs represent. [`ElementParameters`]
+//! contains the stiffness of each element. With [`Laws`], each element gets a force law of its own instead of springs.
+//! [`UpdateCriterion`] decides after a wear step whether the elements are updated. [`preload`] computes the remaining
+//! load of the bolt.
 
 mod bolt;
 mod bolt_compliance;

@@ -1,29 +1,32 @@
-//! Tangential stiffness of contact elements from the energy that the fine contact dissipates around them in a cycle.
+//! Tangential stiffness of contact elements from the dissipated energy. The energy is the dissipation of the fine
+//! contact per cycle in the cells of each element.
 //!
-//! The laws come from a loading along a line under the loads at rest. On an orbit, or if places gain and lose much of
-//! their load, the fine contact dissipates more or less than sliders with these laws. One factor per element on the
-//! stiffness of its sliders corrects the energy: a stiffer slider slips over more of the motion. The strengths stay the
-//! same.
+//! The laws come from a loading along a line under the loads at rest. A real motion can be an orbit, or can change the
+//! local normal loads strongly. On an orbit or under varying loads, the sliders dissipate more or less energy than the
+//! fine contact. One factor per element scales the stiffness of all sliders of the element. A stiffer slider slips over
+//! a larger part of the motion, so the factor corrects the energy. The strengths of the sliders do not change.
 
 use super::ElementParameters;
 
 /// Bounds of a factor. A backbone along a line is wrong by less than a factor of two. If a larger factor is needed, the
 /// energy is dissipated elsewhere.
 const FACTORS: [f64; 2] = [0.5, 2.0];
-/// Elements that dissipate less than this fraction of the mean energy keep their law. The stiffness of an element that
-/// hardly slips follows from its backbone, not from the little energy that it dissipates.
+/// An element keeps its law if the element dissipates less than this fraction of the mean energy per element. If an
+/// element hardly slips, its dissipated energy is too small to determine its stiffness. The element then keeps the
+/// stiffness of its backbone.
 const LEAST_ENERGY: f64 = 0.02;
 /// Number of bisections of the logarithm of [`FACTORS`], down to 3e-4.
 const HALVINGS: usize = 12;
-/// Bound on the rounds in which the other elements take over the energy that some cannot dissipate, and the relative
-/// error of the total energy at which the rounds end.
+/// `MAX_ROUNDS` bounds the number of rounds in [`match_dissipation`]. Each round multiplies the target energies of all
+/// elements by one ratio. The rounds end if the relative error of the total energy is at most `ENERGY_TOLERANCE`.
 const MAX_ROUNDS: usize = 4;
 const ENERGY_TOLERANCE: f64 = 1e-3;
 
-/// Returns elements of these `laws` with the tangential stiffness for which each dissipates the `energy` of the fine
-/// contact \[J\], as far as bounded factors permit. If the factors of some elements reach their bounds, the target
-/// energies of all elements rise by the same ratio. The total energy of the elements then equals the energy of the fine
-/// contact. `dissipated` returns the energy of elements with other parameters in the same motion \[J\].
+/// Scales the tangential stiffness of the elements of `laws`, and returns the scaled elements. Each scaled element
+/// dissipates the same `energy` as the fine contact \[J\]. The scale factors are bounded. If the factors of some
+/// elements reach their bounds, the target energies of all elements rise by the same ratio. The total energy of the
+/// elements then equals the energy of the fine contact. `dissipated` returns the energy of elements with other
+/// parameters in the same motion \[J\].
 pub fn match_dissipation(
     energy: &[f64],
     laws: &ElementParameters,
@@ -67,7 +70,8 @@ fn factors(
     bounds.iter().map(middle).collect()
 }
 
-/// Returns elements whose sliders have their tangential stiffness multiplied by these factors.
+/// Returns `laws` with the tangential stiffness of each element's sliders multiplied by the element's factor in
+/// `factors`.
 fn scale_stiffness(laws: &ElementParameters, factors: &[f64]) -> ElementParameters {
     let mut laws = laws.clone();
     let stiffness = laws.kt.iter_mut().zip(factors);

@@ -1,38 +1,44 @@
 //! Settings of the model update that decide its results.
 
-/// Settings of the laws of contact elements, of the extrapolation of their motion, and of the criterion of an update.
+/// Settings of the model update: the laws of the contact elements, the extrapolation of the motion, and the update
+/// criterion.
 ///
-/// `tests/constants/sensitivity.csv` has the effect of each when it is halved or doubled.
+/// `tests/constants/sensitivity.csv` lists the effect of halving or doubling each setting.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct UpdateSettings {
-    /// Longest step, as a fraction of the motion. With chords of a tenth, the energy of a joint that slips little is wrong
-    /// by a hundredth; lifted corners correct most of that.
+    /// Longest step, as a fraction of the motion. With steps of a tenth of the motion, the energy of a joint with
+    /// little slip has an error of 1 %. Lifted corners of the backbone correct most of this error.
     pub longest_step: f64,
     /// Fraction of the motion at which the loading ends. While a response is computed, elements may move beyond the end of
     /// the motion.
     pub loading_end: f64,
-    /// Elements that move less than this fraction of the largest motion keep the law of the push. The force of such an
-    /// element depends on its neighbours and not on its own motion.
+    /// An element keeps the law of the push if the element moves less than this fraction of the largest element motion.
+    /// The force of an element that hardly moves depends on the motion of its neighbours.
     pub least_reach: f64,
-    /// Last slope of a backbone that is below its strength at its last corner, relative to the slope before.
+    /// Ratio of the last slope of a backbone to its second-last slope. The ratio applies if the force at the last
+    /// corner is below the strength of the element.
     pub last_slope: f64,
     /// Smallest level, relative to the displacement at which the contact would slide if nothing slid before.
     pub least_level: f64,
-    /// Bound on the number of levels. The ratio keeps its bound over a range of 600 to 1.
+    /// Bound on the number of levels. The ratio of successive levels stays within `RATIO` if the largest displacement
+    /// is at most 600 times the smallest displacement.
     pub max_levels: usize,
-    /// Depth up to which a slider has a counterpart beyond the edge of the contact, relative to the depth of the element.
-    /// Depth is load over stiffness.
+    /// Depth limit for the counterpart of a slider, relative to the depth of the element. A slider at a smaller depth
+    /// has a counterpart beyond the edge of the contact. The depth of an element is the load divided by the normal
+    /// stiffness.
     pub closing_depth: f64,
     /// Largest multiple of the last change by which the motion is extrapolated.
     pub max_multiple: f64,
-    /// A larger change of the amplitude, relative to it, is not extrapolated: the joint begins to behave differently.
+    /// Largest relative change of the amplitude that the extrapolation continues. After a larger change, the joint
+    /// begins to behave differently.
     pub largest_change: f64,
-    /// Excess of the volume growth over its limit, relative to the limit, up to which the update is still on time.
+    /// Permitted excess of the volume growth at an update, divided by the limit of the growth.
     pub volume_growth_margin: f64,
 }
 
 impl UpdateSettings {
-    /// The settings of every run. Results are stored without them, so that a run does not mix several.
+    /// The settings of every run. Stored results do not record the settings, so all results of a run must use the same
+    /// settings.
     pub const DEFAULT: UpdateSettings = UpdateSettings {
         longest_step: 0.125,
         loading_end: 1.25,

@@ -1,16 +1,17 @@
 //! Laws of contact elements from the fine contact: each element is a bank of parallel sliders.
 //!
-//! The fine contact is pushed along x, from almost no slip to full sliding, in up to a dozen levels of a displacement
-//! that is equal for all cells. The *backbone* T(u) of an element is the force of its cells at each level. The nearest
-//! concave polyline through the levels is a bank of sliders with the common displacement u. Slider j has the stiffness
-//! k_j by which the slope falls at level u_j. Beyond level u_j, the slider slides at k_j u_j (Masing 1926, Iwan 1967).
-//! The strengths of the sliders sum to µN of the element.
+//! The model update pushes the fine contact along x, from almost no slip to full sliding. The push has up to a dozen
+//! displacement levels. At each level, all cells have the same displacement. The *backbone* T(u) of an element is the
+//! force of its cells at each level. The nearest concave polyline through the levels is a bank of sliders with the
+//! common displacement u. Slider j has the stiffness k_j by which the slope falls at level u_j. Beyond level u_j, the
+//! slider slides at k_j u_j (Masing 1926, Iwan 1967). The strengths of the sliders sum to µN of the element.
 //!
-//! A slider carries the load that its strength requires, N_j = k_j u_j/µ, and a share of the element's normal
-//! stiffness. A slider of a low level represents the edges of spots. Such a slider opens first when the load of the
-//! element falls, and then has no stiffness. A rough contact therefore loses stiffness and strength on the way to
-//! lift-off. For one spot, this relation is the theorem of Ciavarella and Jäger, T(u) = µ (N(δ) − N(δ − u/µκ)), with κ
-//! the ratio of normal to tangential compliance.
+//! Slider j carries the normal load N_j = k_j u_j/µ, so the friction limit µN_j equals the strength k_j u_j. Each
+//! slider has a share of the normal stiffness of the element. A slider of a low level represents the edges of spots.
+//! When the load of the element falls, a slider of a low level opens before the other sliders. An open slider has no
+//! stiffness. Like a rough contact, a bank of sliders loses stiffness and strength as the load of the bank falls to
+//! zero. For one contact spot, the theorem of Ciavarella and Jäger relates the tangential force to the normal load:
+//! T(u) = µ (N(δ) − N(δ − u/µκ)). κ is the normal compliance divided by the tangential compliance.
 
 use super::{ContactElements, ElementParameters, UpdateSettings};
 use crate::contact::stiffness;
@@ -121,8 +122,8 @@ pub(super) fn levels(least: f64, most: f64) -> Vec<f64> {
         .collect()
 }
 
-/// Returns the displacement from which on every cell slides \[m\]: the largest displacement of the cells in contact if
-/// the shear is at its limit everywhere.
+/// Returns the smallest displacement at which all cells slide \[m\]. The displacement is the maximum over the cells in
+/// contact under the limit shear in all cells.
 fn full_sliding_displacement(half_space: &mut HalfSpace, limit: &[f64], shear: Shear) -> f64 {
     let mut displacement = vec![0.0; limit.len()];
     match shear {
@@ -244,10 +245,10 @@ impl Laws {
 /// Normal load, gap, kn and kt of a slider.
 pub(super) type Slider = [f64; 4];
 
-/// Returns the sliders of a loaded element with the normal stiffness `kn`. The force of the element has these falling
-/// `slopes` up to each level, and slope 0 beyond the last level. The function adds sliders that close if the load
-/// exceeds the load at rest. With a higher load, the contact gains at its edge as much as it loses there with a lower
-/// load.
+/// Returns the sliders of a loaded element with the normal stiffness `kn`. Up to each level, the force of the element
+/// has the slope in `slopes`; the slopes fall from level to level. Beyond the last level, the slope is 0. The function
+/// adds sliders that close if the load exceeds the load at rest. A higher load adds as much contact at the edge as an
+/// equally lower load removes.
 pub(super) fn slider_bank(levels: &[f64], slopes: &[f64], kn: f64, mu: f64) -> Vec<Slider> {
     let next = slopes[1..].iter().chain([&0.0]);
     let steps = slopes.iter().zip(next).map(|(slope, next)| slope - next);
@@ -279,8 +280,9 @@ impl Sliders {
 }
 
 /// Returns the falling slopes, between the levels, of a concave polyline from zero to `strength`. The slopes of the
-/// polyline are nearest to the slopes of `force`. To find them, the function pools neighbours with rising slopes,
-/// weighted by their lengths. The motion turns at the level `turn`, if there is one.
+/// polyline are nearest to the slopes of `force`. If a slope exceeds the previous slope, the function replaces both
+/// slopes by their weighted mean. The weights are the lengths of the intervals. The motion turns at the level `turn`,
+/// if there is one.
 pub(super) fn concave_slopes(
     levels: &[f64],
     force: &[f64],
@@ -308,11 +310,12 @@ pub(super) fn concave_slopes(
         .collect()
 }
 
-/// Returns the corners of a polyline that encloses the same area as a smooth curve through `force`, and so the same
-/// energy of its loops. Over a length h, a chord lies below a curve of curvature c by an area of c h³/12. Lifting the
-/// corners by two thirds of the sag restores most of this area. The polyline ends at `strength`. The polyline keeps the
-/// force from the level `turn` on, where the motion turns. A lifted corner from `turn` on would raise the slope before
-/// this corner, and through this slope all earlier values.
+/// Returns the corners of a polyline with the same area as a smooth curve through `force`. Hysteresis loops from the
+/// polyline and from the curve then dissipate the same energy. Over a length h, a chord lies below a curve of curvature
+/// c by an area of c h³/12. The corners rise by two thirds of the sag of the chord, which restores most of the area
+/// below the curve. The polyline ends at `strength`. The polyline keeps the force from the level `turn` on, where the
+/// motion turns. The function does not lift corners from `turn` on. A lifted corner would raise the slope before the
+/// corner, and the concave fit would then raise all earlier forces.
 fn lift_corners(levels: &[f64], force: &[f64], strength: f64, turn: Option<usize>) -> Vec<f64> {
     let last = levels.len() - 1;
     let clamped = |t: f64| t.clamp(0.0, strength);

@@ -1,7 +1,7 @@
 //! Springs of the contact elements from the compliance of the fine contact.
 //!
-//! Joint values are compliances \[m/N\]. A joint that loses its roughness becomes rigid, k = ∞; its compliance is 0 and
-//! needs no special case. An open joint has k = 0 and a compliance of ∞.
+//! Joint values are compliances \[m/N\]. A joint without roughness is rigid, with the stiffness k = ∞ and a compliance
+//! of zero. An open joint has k = 0 and a compliance of ∞.
 
 use serde::{Deserialize, Serialize};
 
@@ -12,8 +12,8 @@ use crate::grid::{ByAxis, Patch};
 
 /// Smallest compliance of all springs together, relative to the compliance of the smooth patch. A structure of finite
 /// elements needs finite springs even where the roughness is gone. The smallest compliance adds a thousandth of the
-/// compliance that the bodies have around the joint anyway. This addition is far less than the discretisation error of
-/// the bodies. Much stiffer springs would cost the harmonic balance accuracy.
+/// compliance that the bodies have around the joint anyway. The added compliance is far less than the discretisation
+/// error of the bodies. Much stiffer springs would cost the harmonic balance accuracy.
 pub const SMALLEST_COMPLIANCE: f64 = 1e-3;
 
 /// Compliance of the whole joint.
@@ -46,8 +46,8 @@ impl Compliance {
 
     /// Computes the compliance of a patch in full contact: the compliance of the half spaces under the patch, without
     /// roughness. The compliance of the smooth patch depends on the patch alone and takes two solves, so callers should
-    /// store it. `shear` must equal the setting of the contact from which it is subtracted: fixing the transverse
-    /// displacement makes the joint a little stiffer (by 0.1 % on a square patch).
+    /// store it. `shear` must equal the shear setting of the rough contact, because callers subtract the compliance of
+    /// the smooth patch from the rough one. A fixed transverse displacement makes a square patch stiffer by 0.1 %.
     ///
     /// # Errors
     /// Returns the errors of [`stiffness::normal`] and [`stiffness::tangential`].
@@ -89,7 +89,7 @@ pub struct Linearisation {
 }
 
 impl Linearisation {
-    /// Linearises the contact with this `pressure` and cap \[Pa\].
+    /// Linearises the contact at the given `pressure` and pressure cap \[Pa\].
     ///
     /// # Errors
     /// Returns the errors of [`stiffness::local_normal`] and [`stiffness::local_tangential`].
@@ -117,16 +117,16 @@ impl Linearisation {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum StiffnessKind {
-    /// The whole compliance of the joint, as published. The compliance of the joint includes the compliance of the half
-    /// spaces, which the model of the structure includes too.
+    /// The whole compliance of the joint, as published. This option counts the compliance of the half spaces twice. The
+    /// springs and the model of the structure both contain this compliance.
     #[default]
     Total,
-    /// The part that the roughness adds to the smooth patch. With such springs, the displacement of the fine contact
-    /// differs from the displacement of the springs: see [`fine_displacement`].
+    /// The part that the roughness adds to the smooth patch. If the springs represent the roughness alone, the
+    /// displacement of the fine contact exceeds the displacement of the springs: see [`fine_displacement`].
     Roughness,
     /// The whole compliance of the joint, where each element has the local stiffness of the fine contact. The stiffness
     /// is zero for elements without contact, and stays zero over the cycle. At the published load, a third of the
-    /// elements have no contact at Rq 10 µm, and a sixth at 5 µm.
+    /// elements have no contact for Rq 10 µm. For Rq 5 µm, a sixth of the elements have no contact.
     Tangent,
     /// No springs: each element is a bank of sliders, see [`super::sliders`].
     Sliders,
@@ -235,8 +235,9 @@ impl Distribution {
     }
 }
 
-/// Sets negative stiffnesses to zero and keeps the sum. Under a common displacement, a cell in the shade of its
-/// neighbours may be drawn the opposite way. If an element has only such cells, its stiffness would be negative.
+/// Sets negative stiffnesses to zero and keeps the sum. Under a common displacement, the force on a cell between loaded
+/// neighbours may oppose the displacement. If all cells of an element have an opposing force, the stiffness of the
+/// element would be negative.
 fn never_negative(mut k: Vec<f64>) -> Vec<f64> {
     if k.iter().all(|&k| k >= 0.0) {
         return k;
@@ -291,13 +292,14 @@ impl ElementParameters {
     }
 }
 
-/// Returns the displacement to prescribe to the fine contact if the springs represent the roughness alone: δ(t) =
-/// δ_spring(t) + c_bulk T(t).
+/// Returns the prescribed displacement of the fine contact, δ(t) = δ_spring(t) + c_bulk T(t). The equation holds if the
+/// springs represent the roughness alone.
 ///
-/// `spring` is the displacement of the springs \[m\] and `force` the tangential force T of the joint \[N\], each a list
-/// of samples per axis. `bulk` is [`Compliance::tangential`] of the smooth patch \[m/N\]; its value along x applies to
-/// both axes. The structure's model contains the displacement of the half spaces under T, and its springs do not. The
-/// fine contact includes it.
+/// `spring` contains the displacement δ_spring of the springs \[m\], and `force` contains the tangential force T of the
+/// joint \[N\]. Both have one list of samples per axis. `bulk` is the [`Compliance::tangential`] of the smooth patch
+/// \[m/N\]. The value of `bulk` along x applies to both axes. The model of the structure contains the displacement of
+/// the half spaces under T, and the springs do not. The displacement of the fine contact includes the displacement of
+/// the half spaces.
 pub fn fine_displacement(
     spring: &ByAxis<Vec<f64>>,
     force: &ByAxis<Vec<f64>>,

@@ -1,14 +1,15 @@
 //! Extrapolation of the motion of the contact elements between two model updates.
 //!
-//! With a constant response between updates, the error would be of first order in the distance between updates, mostly
-//! wear at wrong places. The extrapolation therefore continues the last change of the response in proportion to the
-//! tangential compliance of the fine contact. The responses of lap joints change most evenly with this compliance, over
-//! the whole life. Extrapolation in the logarithm or a root of the worn volume has larger errors, and extrapolation in
-//! cycles fails.
+//! If the response were constant between updates, the error would be proportional to the distance between updates. Most
+//! of the error would be wear at wrong places. The extrapolation continues the last change of the response in
+//! proportion to the tangential compliance of the fine contact. Over the life of lap joints, the response is most
+//! nearly linear in this tangential compliance. Extrapolation in the logarithm or a root of the worn volume has larger
+//! errors, and extrapolation in cycles fails.
 
 use super::UpdateSettings;
 
-/// Change of the motion between the last two responses, and the compliances of the fine contact at these responses.
+/// Data for the extrapolation of the element motion: the change of the motion between the last two responses, and the
+/// tangential compliance of the fine contact at each response.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Trend {
     /// Tangential compliance at the response before the last, and at the last one \[m/N\].

@@ -22,7 +22,7 @@ use crate::terminal::{is_watched, log_into, note, say};
 pub use rows::Rows;
 pub use stopping::{ForwardedSignals, Stopping, stop_with_parent};
 
-/// Interval between redraws of the bar within an iteration, which show that a long stage is running.
+/// Interval between redraws of the progress bar. The redraws show that a long stage is running.
 const TICK: Duration = Duration::from_millis(200);
 
 /// Observer that reports a run to the user.
@@ -32,7 +32,7 @@ pub struct Watcher {
     bar: Option<ProgressBar>,
     wear: Option<Wear>,
     pace: RefCell<Pace>,
-    /// The running stage and its start.
+    /// The running stage, and the time at which the stage started.
     stage: Cell<Option<(Stage, Instant)>>,
     gauge: Gauge,
     at: Arc<Mutex<StageInProgress>>,
@@ -141,7 +141,8 @@ impl Watcher {
         let reader = RunReader::open(Arc::new(RealFileSystem), &self.root);
         let history = reader.and_then(|reader| reader.history()).ok();
         let pace = history.and_then(|history| Pace::of(&history, self.wear.as_ref()).ok());
-        // No result depends on the pace. Damage is reported where it matters.
+        // The pace affects no result, so `load_pace` ignores damaged files. Functions whose results need a damaged file
+        // report the damage.
         if let Some(pace) = pace {
             self.pace.replace(pace);
         }
@@ -192,7 +193,7 @@ fn unknowns_of(recipe: &Recipe) -> Option<usize> {
     Some(3 * resonator.mesh().ok()?.mesh.nodes.len())
 }
 
-/// Stages shorter than this are not reported.
+/// Time from the start of a stage before which the progress bar shows no progress of the stage.
 const SHORT: Duration = Duration::from_secs(1);
 
 /// The running stage.
@@ -241,7 +242,8 @@ fn stage_progress(
     }
 }
 
-/// Without a bar, a stage reports its progress after this time, and again whenever the time has doubled.
+/// Without a progress bar, a stage first reports its progress after the time `FIRST_BEAT`. Each further report of the
+/// stage follows when the time since the start of the stage has doubled.
 const FIRST_BEAT: Duration = Duration::from_secs(4);
 
 /// Reports the progress of a stage as long as `at` is in use.

@@ -9,7 +9,7 @@ use crate::terminal::{is_watched, note, say};
 /// Interval between redraws of the bar, which keep its clock running.
 const TICK: Duration = Duration::from_millis(200);
 
-/// Rows of a campaign that this command runs.
+/// Progress of the rows of a campaign that the running command computes.
 #[derive(Clone)]
 pub struct Rows {
     bar: Option<ProgressBar>,

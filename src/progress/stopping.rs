@@ -27,7 +27,7 @@ pub struct ProcessPhase {
     /// Name of the stage and iteration, whether the stage continues after an interruption, and its start; `None`
     /// between runs.
     stage: Option<(String, bool, Instant)>,
-    /// Number of stages that this start has begun, over all runs.
+    /// Total number of stages that the process has started, summed over all runs.
     begun: u64,
     /// Command that continues the run.
     continuation: String,
@@ -36,7 +36,8 @@ pub struct ProcessPhase {
     over: bool,
 }
 
-/// Signals to a command that computes nothing itself and forwards them to the processes that compute.
+/// Forwarding of signals by a command that starts other processes. The command forwards each signal to the processes
+/// that compute.
 pub struct ForwardedSignals(Arc<AtomicBool>);
 
 impl ForwardedSignals {
@@ -74,12 +75,12 @@ impl ForwardedSignals {
     }
 }
 
-/// Asks this process to stop when its parent process ends.
+/// Requests that the operating system sends the signal `TERM` to this process when the parent process ends.
 pub fn stop_with_parent() {
     #[cfg(target_os = "linux")]
     {
         let signal = rustix::process::Signal::TERM;
-        // Without this request, the process would compute to its end after its parent has ended.
+        // Without the signal, the process would continue to compute after its parent process has ended.
         let _ = rustix::process::set_parent_process_death_signal(Some(signal));
     }
 }
@@ -91,13 +92,13 @@ pub struct Stopping {
     begin: Instant,
     limit: Option<Duration>,
     at: Arc<Mutex<ProcessPhase>>,
-    /// The thread runs as long as a clone of this value exists.
+    /// The thread that ends the process runs as long as a clone of `alive` exists.
     alive: Arc<()>,
 }
 
 impl Stopping {
-    /// Listens to signals and to a limit of time \[s\]. If the running iteration takes too long, the process ends
-    /// with `exit`.
+    /// Listens to signals and to a limit of time \[s\]. If the running iteration takes too long after a stop request,
+    /// the thread ends the process with the exit code `exit`.
     pub fn listen(limit: Option<f64>, exit: i32) -> io::Result<Stopping> {
         let signalled = Arc::new(AtomicBool::new(false));
         for signal in [SIGINT, SIGTERM] {
@@ -133,7 +134,7 @@ impl Stopping {
             .is_some_and(|limit| self.begin.elapsed() >= limit)
     }
 
-    /// Registers a new run, with its bar and the command that continues it.
+    /// Registers a new run, with the progress bar of the run and the command that continues the run.
     pub fn open_run(&self, continuation: &str, bar: Option<ProgressBar>) {
         let mut at = self.at();
         at.stage = None;
@@ -210,9 +211,9 @@ impl Watch {
         }
     }
 
-    /// Ends the process, unless its last stage is over.
+    /// Ends the process, unless the process has finished its last stage.
     fn end_now(&self, late: bool) {
-        // A thread with this lock is about to report the state of the run and does not compute.
+        // A thread that holds the lock `at` is about to report the state of the run and does not compute.
         let at = self.at.lock().unwrap_or_else(PoisonError::into_inner);
         if at.over {
             return;

@@ -7,10 +7,10 @@ use serde::Serialize;
 pub struct Check {
     /// Name of the quantity.
     pub what: &'static str,
-    /// Value with its unit, as text.
+    /// Value of the quantity with the unit, as text.
     pub value: String,
-    /// The key to check, with the reason, if the value is out of bounds.
+    /// The key of the scene to check, with the reason, if the value is out of bounds.
     pub warning: Option<String>,
-    /// Meaning of the value, if it is within bounds but unusual.
+    /// Explanation of a value that is unusual but within bounds.
     pub remark: Option<String>,
 }

@@ -23,7 +23,7 @@ pub struct Contact {
     /// Loads and supports of the bodies.
     #[serde(flatten)]
     pub conditions: Conditions,
-    /// Compliance of a bolt from its dimensions; `None` for other joints.
+    /// Compliance of the bolt, computed from the dimensions of the bolt; `None` for a joint without such dimensions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bolt_compliance: Option<BoltCompliance>,
     /// Size of the grid on which fields are transformed.
@@ -36,7 +36,8 @@ pub struct Contact {
     pub transverse_free: bool,
     /// Coupling of pressure and shear.
     pub coupling: Coupling,
-    /// Mesh of the structure under the joint. The compliance of this mesh is removed from the contact in shear.
+    /// Mesh of the structure under the joint. In shear, the contact model subtracts the compliance of the mesh from the
+    /// compliance of the half spaces.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub structure_mesh: Option<StructureMesh>,
     /// Pressing of the joint by the structure; `None` if the bodies press each other as rigid punches on half spaces.
@@ -150,7 +151,8 @@ impl Contact {
         self.conditions.bolt_stiffness.is_some() || preload.is_some_and(Preload::is_found)
     }
 
-    /// Returns a note if a real contact would yield under this peak pressure \[Pa\] and no cap limits it.
+    /// Returns a note if a real contact would yield under the pressure `peak` \[Pa\] and the contact has no pressure
+    /// cap.
     pub fn peak_pressure_note(&self, peak: f64) -> Option<String> {
         let modulus = self.least_modulus();
         if self.conditions.pressure_cap.is_some() || peak <= YIELD_PRESSURE * modulus {
@@ -168,15 +170,15 @@ impl Contact {
         ))
     }
 
-    /// Creates the joint at rest on the given unworn heights. If there is a [`Contact::structure_mesh`], its
-    /// compliance between the contact elements is removed from the half spaces. The bodies are not yet pressed by a
-    /// structure: see [`Contact::pressing`].
+    /// Creates the joint at rest on the given unworn heights. With a [`Contact::structure_mesh`], the function
+    /// subtracts the compliance of the mesh between the contact elements from the half spaces. The joint does not yet
+    /// include the pressing by a structure: see [`Contact::pressing`].
     ///
     /// # Errors
     /// [`StructureError`] for a [`Contact::structure_mesh`] without boxes.
     ///
     /// # Panics
-    /// If there is such a mesh but `elements` is `None`.
+    /// Panics if the contact has a [`Contact::structure_mesh`] but `elements` is `None`.
     pub fn joint(
         &self,
         patch: Patch,

@@ -11,29 +11,32 @@ use crate::wear::{HarmonicMotion, Motion};
 /// Name of the decisions about a cycle.
 pub(super) const CYCLE: &str = "fretting cycle";
 
-/// Limit for marching a computed motion between its two reversals. The variation of the load relative to the load, and
-/// the deviation of the motion from its line relative to the amplitude, must be less than this limit. The error of wear
-/// is of second order in the variation and in the deviation.
+/// Limit for marching a computed motion between the two reversals of the motion. `STRAIGHT` bounds the variation of the
+/// load, relative to the load. `STRAIGHT` also bounds the deviation of the motion from a straight line, relative to the
+/// amplitude. The error of wear is of second order in the variation and in the deviation.
 pub const STRAIGHT: f64 = 0.01;
-/// Limit on the deviation of the motion from its line, relative to the amplitude, for contact elements with their own
-/// friction laws. For such elements, [`WorkBetweenEnds`] accounts for the motion beside the line and for additional
-/// reversals next to an end of the motion. The line is fitted to the motion of all elements, not to their mean.
+/// Limit of the deviation of the motion from a straight line, divided by the amplitude. The limit applies to contact
+/// elements with their own friction laws. For elements with their own laws, [`WorkBetweenEnds`] corrects the work for
+/// the motion beside the line and for additional reversals near an end of the motion. The straight line is fitted to
+/// the motion of all elements, not to the mean motion of the elements.
 ///
-/// If the motion of a bar leaves its line by a quarter, the dissipation agrees with stepped cycles within some percent.
-/// An orbit, by contrast, leaves the line completely. If the joint wears, stepped cycles on half the grid measure the
-/// remaining error. The published joint with Rq 1 µm has a deviation of 0.33, and its stepped cycles took half an hour.
+/// If the motion of a bar deviates from the line by a quarter of the amplitude, the dissipation agrees with stepped
+/// cycles within some percent. A circular orbit deviates from every line by the full amplitude. If the joint wears,
+/// stepped cycles on half the grid measure the remaining error. The deviation of the published joint with Rq 1 µm is
+/// 0.33. Stepped cycles of the published joint took half an hour.
 pub const STRAIGHT_WITH_LAWS: f64 = 0.4;
-/// Largest relative effect of the load variation on the work of friction for which a cycle between two reversals is
-/// corrected by [`WorkBetweenEnds`]. The correction applies to contact elements with their own friction laws.
+/// Limit for the correction by [`WorkBetweenEnds`], for contact elements with their own friction laws. The limit
+/// applies to the relative effect of the load variation on the friction work in a cycle between two reversals.
 pub const LARGEST_CORRECTION: f64 = 0.5;
-/// Remaining error of the correction, relative to the correction. Stepped cycles with local loads gave at most 0.34
-/// in five joints with little or no wear, and 0.36 and 0.26 in two joints that were worn flat.
+/// Remaining error of the correction, divided by the correction. Stepped cycles with local loads measured this ratio.
+/// The ratio was at most 0.34 in five joints with little or no wear, and at most 0.36 in two joints that were worn
+/// flat.
 const CORRECTION_ERROR: f64 = 0.4;
 
 /// Error for a motion that the cycle of a recipe cannot follow.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum CycleError {
-    /// `reversal` or `superposition` does not support this motion.
+    /// The cycle mode `reversal` or `superposition` does not support the motion of the joint.
     #[error(
         "`fidelity.cycle` is \"{mode}\", which needs a straight motion about zero that turns at its ends only, under constant normal load; use \"stepped\""
     )]

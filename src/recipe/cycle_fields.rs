@@ -19,9 +19,9 @@ const OF_REVERSALS: usize = 4;
 /// Samples, cells and iterations for which the fields of the steady cycle are written.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct CycleFields {
-    /// Samples, by their rows in the table `cycle`; `None` for all.
+    /// Row numbers in the table `cycle` of the samples to write; `None` for all samples.
     pub samples: Option<Vec<u64>>,
-    /// First and last cell along x, and along y; `None` for all.
+    /// First and last cell to write along x, and along y; `None` for all cells.
     pub cells: [Option<[u64; 2]>; 2],
     /// Interval in iterations. The last iteration is always included.
     pub every: u64,
@@ -99,8 +99,8 @@ impl CycleFields {
 }
 
 impl Cycle {
-    /// Returns the number of rows of the table `cycle` under a prescribed `motion`; `None` while the scheme of the
-    /// march is unknown.
+    /// Returns the number of rows of the table `cycle` under a prescribed `motion`. Returns `None` if the plan has not
+    /// yet chosen the scheme of the cycle.
     pub(crate) fn instants(&self, motion: &Motion) -> Option<usize> {
         let is_computed = self.motion == MotionSource::Computed;
         Some(match self.march.or(self.asked)? {

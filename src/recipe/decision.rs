@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-/// One decision with its reason.
+/// One decision of the plan, with the reason for the decision.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Decision {
     /// Subject of the decision.

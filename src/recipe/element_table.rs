@@ -6,8 +6,9 @@ use super::elements::Layout;
 use crate::dynamics::ContactElement;
 use crate::model_update::{ElementParameters, Sliders};
 
-/// Columns of the table, with one row per slider, in SI units: the number of the element from 0, its centre, area and
-/// coefficient of friction, the springs for the modal damping of the stuck joint, and the slider.
+/// Columns of the element table in SI units. The table has one row per slider. The columns `element` to `mu` describe
+/// the element, numbered from 0. The columns `damping_kn` and `damping_kt` are the springs for the modal damping of the
+/// stuck joint. The other columns describe the slider.
 pub const COLUMNS: [&str; 11] = [
     "element",
     "x",

@@ -19,7 +19,7 @@ pub struct Elements {
     pub friction_law: FrictionLaw,
     /// Source of load and stiffness.
     pub stiffness: ElementStiffness,
-    /// Table of the elements; its sums are then the prescribed totals.
+    /// Table of the parameters of each element. With a table, the sums over the table are the prescribed totals.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub table: Option<ElementTable>,
     /// Updates of the elements.
@@ -102,7 +102,7 @@ pub struct Layout {
 }
 
 impl Elements {
-    /// Creates the contact elements with these parameters.
+    /// Creates contact elements with the given `parameters`.
     pub fn with(&self, layout: &Layout, parameters: &ElementParameters) -> Vec<ContactElement> {
         let element = |e: usize, sliders: Vec<Slider>| ContactElement {
             springs: Vec::new(),

@@ -1,5 +1,5 @@
-//! Description of a recipe: the parts that it contains, the parts that it lacks, and the reasons. Each part describes
-//! itself.
+//! Description of a recipe: the included parts, the missing parts, and the reasons. Each part of the recipe writes its
+//! own description.
 
 use super::Recipe;
 use super::cycle::CYCLE;

@@ -21,8 +21,8 @@ pub struct Inputs {
     pub measured: Option<Arc<PreparedSurface>>,
     /// Matrices of a structure from files; `None` for other structures. The matrices match the hash in the recipe.
     pub imported: Option<Arc<ImportedStructure>>,
-    /// Wear of the same scene on half the grid; `None` if the scene does not request this check, or if it has not run
-    /// yet.
+    /// Wear of the same scene on half the grid. `None` if the scene does not request the grid check, or before the run
+    /// on half the grid is complete.
     pub grid_twin: Option<Arc<GridTwin>>,
     /// Identity of the run.
     pub identity: Identity,

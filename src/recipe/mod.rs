@@ -1,10 +1,10 @@
 //! The recipe of a run: everything that the run will use, as plain data, with the reason for each choice.
 //!
-//! A scene is the input of the user. [`crate::scene::Plan`] converts it into a recipe, and all choices are made there.
-//! The functions that build objects from a recipe make no choices, and stages do not see the scene. All quantities are
-//! in SI units. Each part of the recipe has its own file, with the functions that build from it and with its texts for
-//! the user. Only the file of a part distinguishes the kinds of the part, for example the kinds of structures, surfaces
-//! or wear steps.
+//! A scene is the input of the user. [`crate::scene::Plan`] makes all choices and converts the scene into a recipe. The
+//! functions that build objects from a recipe make no choices, and stages do not see the scene. All quantities are in
+//! SI units. Each part of the recipe has its own file. The file contains the functions that build objects from the
+//! part, and the texts about the part for the user. Only the file of a part contains code for the different kinds of
+//! the part. For example, only `structure.rs` distinguishes the kinds of structures.
 
 mod check;
 mod contact;
@@ -64,9 +64,9 @@ pub struct Recipe {
     pub wear: Option<Wear>,
     /// Iterations and outputs that a run keeps.
     pub output: Output,
-    /// Requested bound on the error bar of the worn volume; `None` if only the other tolerances apply.
+    /// Requested bound on the error bar of the worn volume; `None` if the scene sets no such bound.
     pub asked_error: Option<f64>,
-    /// True if the scene also runs on half the grid.
+    /// True if a second run computes the scene on half the grid.
     pub grid_check: bool,
     /// Reasons for the numbers that a preset may set, by their keys in a scene.
     pub why: Reasons,
@@ -165,8 +165,8 @@ pub enum Keep {
 }
 
 impl Keep {
-    /// Returns the number of kept iterations out of this many states, not counting updates. The unworn state is
-    /// always kept.
+    /// Returns the number of iterations that the run keeps out of the given number of `states`, not counting updates.
+    /// The unworn state is always kept.
     pub(crate) fn count(self, states: f64) -> f64 {
         match self {
             Keep::All => states,
@@ -216,8 +216,8 @@ impl Recipe {
         self.joint()?.cycle.as_ref()
     }
 
-    /// Returns true if the run ends with the iteration after one with this load \[N\], known to the relative error
-    /// bar `bar`.
+    /// Returns true if the run ends with the next iteration after an iteration with the given `load` \[N\]. `bar` is
+    /// the relative error bar of the load.
     pub fn ends_after(&self, load: Option<f64>, bar: Option<f64>) -> bool {
         let (Some(wear), Some(contact)) = (&self.wear, self.contact()) else {
             return false;

@@ -1,5 +1,5 @@
-//! Parts of a recipe. A stage declares the parts of the recipe that it reads. The stage sees only these parts, and the
-//! key of the stage includes only these parts.
+//! Parts of a recipe. A stage declares the parts of the recipe that it reads. The stage sees only the declared parts,
+//! and the key of the stage includes only the declared parts.
 
 use serde_json::{Map, Value};
 
@@ -22,19 +22,22 @@ pub enum Part {
     Response,
     /// Wear, with the cycles and the volume that end the run.
     Wear,
-    /// Wear without its end: everything on which a state of wear depends.
+    /// Settings of the wear without the end of the run: all wear settings on which a state of wear depends.
     WearLaw,
-    /// Whether this iteration writes the curves, without the interval in iterations.
+    /// Whether the current iteration writes the curves. The part does not contain the interval between such iterations.
     Curves,
-    /// The fields of the cycle that this iteration writes, without the interval in iterations.
+    /// Fields of the cycle that the current iteration writes. The part does not contain the interval between such
+    /// iterations.
     CycleFields,
-    /// Whether this iteration is the last one, without the end of the run.
+    /// Whether the current iteration is the last iteration. The part does not contain the cycles or the volume that end
+    /// the run.
     End,
     /// The cycles at which a response is requested.
     ResponseAt,
-    /// Whether this iteration writes a forced response, without the other iterations that do.
+    /// Whether the current iteration writes a forced response. The part does not list the other iterations that write a
+    /// forced response.
     ForcedResponse,
-    /// Whether the scene also runs on half the grid.
+    /// Whether a second run computes the scene on half the grid.
     GridCheck,
 }
 
@@ -61,7 +64,7 @@ impl Part {
 }
 
 impl Recipe {
-    /// Returns a recipe that contains only these parts.
+    /// Returns a recipe that contains only the given `parts`.
     pub fn only(&self, parts: &[Part]) -> Recipe {
         let has = |part| parts.contains(&part);
         let law = |wear: &Wear| Wear {
@@ -108,8 +111,8 @@ impl Recipe {
         }
     }
 
-    /// Returns the parts by name, as they enter the key of a stage. Reasons are omitted, since they do not influence
-    /// a result.
+    /// Returns the values of the `parts` by name. The key of a stage includes these values. The function omits the
+    /// reasons of choices, because the reasons do not affect a result.
     pub fn parameters(&self, parts: &[Part]) -> Map<String, Value> {
         let parameter = |part: Part| {
             let only = self.only(&[part]);

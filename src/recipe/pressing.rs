@@ -29,7 +29,7 @@ pub struct StructureMesh {
 }
 
 impl StructureMesh {
-    /// Returns the compliance of half spaces that this mesh already contains.
+    /// Returns the part of the compliance of the half spaces that the structure mesh already contains.
     fn compliance(&self, bodies: Pair) -> Result<FaceCompliance, StructureError> {
         if let Some(&count) = self.counts.iter().find(|count| **count == 0) {
             return Err(StructureError::OutOfRange {
@@ -59,7 +59,7 @@ impl StructureMesh {
     }
 }
 
-/// Pressing of a joint by its structure, with the flexibility of the structure.
+/// Pressing of the joint by a flexible structure instead of rigid punches.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct StructurePressing {
     /// Origin of the load of the joint.
@@ -115,8 +115,8 @@ pub enum Preload {
         points: [String; 2],
         /// Direction from the first to the second point, along the axes of the structure.
         direction: [f64; 3],
-        /// True if the bolt is part of the structure. The forces of such a bolt are computed so that the pressure has
-        /// the requested load.
+        /// True if the bolt is part of the structure. The solver then finds the bolt force for which the contact
+        /// pressure sums to the requested load.
         in_mesh: bool,
     },
 }
@@ -164,13 +164,14 @@ fn port_of(reduced: &ReducedStructure, at: &str, axis: usize) -> usize {
 /// Relative difference below which areas count as equal.
 const ROUNDING: f64 = 1e-9;
 
-/// Accepted range of the ratio of the structure's flexibility to the flexibility of its mesh on half spaces, between
-/// neighbouring nodes within the joint. Twice the modulus gives a ratio of one half.
+/// Accepted range of a ratio of two flexibilities between neighbouring nodes of the joint. The ratio is the flexibility
+/// of the structure divided by the flexibility of the same mesh on half spaces. A structure with twice the modulus has
+/// a ratio of one half.
 const SAME_MESH: [f64; 2] = [0.8, 1.25];
 
 impl Contact {
-    /// Returns the vibrating structure, including the spring of a bolt that is not part of the mesh, if its stiffness
-    /// is given.
+    /// Returns the vibrating structure. If the scene contains the stiffness of a bolt outside the mesh, the structure
+    /// includes the spring of the bolt.
     ///
     /// # Errors
     /// Returns errors of [`ReducedStructure::with_spring`].
@@ -187,8 +188,8 @@ impl Contact {
         }
     }
 
-    /// Returns the compliance that the mesh of the structure removes from the half spaces (negative), between the
-    /// nodes of the contact elements.
+    /// Returns the compliance of the structure mesh on half spaces, with a negative sign, between the nodes of the
+    /// contact elements. The negative sign removes the compliance of the mesh from the compliance of the half spaces.
     pub(super) fn taken_away(
         &self,
         mesh: &StructureMesh,
@@ -204,8 +205,8 @@ impl Contact {
         })
     }
 
-    /// Returns the pressing of the bodies of the `reduced` structure at its contact elements, for a surface with its
-    /// highest point at `top` \[m\].
+    /// Returns the pressing of the two bodies of the `reduced` structure at the contact elements. `top` is the height
+    /// of the highest point of the surface \[m\].
     ///
     /// # Errors
     /// Returns [`StructureError::MeshMismatch`] if the joint does not match the mesh and the material of the structure,
@@ -277,8 +278,8 @@ impl Contact {
 }
 
 /// Returns the ratio of the elastic energy of the structure to the energy of its mesh on half spaces. The forces are 1,
-/// −2 and 1 on three nodes in a row that have all their faces. The three forces neither move nor rotate the bodies and
-/// hardly bend them, whereas forces on two nodes would rotate a slender bar.
+/// −2 and 1 on three nodes in a row that have all their faces. The three forces neither move nor rotate a body, and
+/// hardly bend the body. Forces on only two nodes would rotate a slender bar.
 fn ratio_to_mesh(
     elements: &ContactElements,
     on_structure: impl Fn(usize, usize) -> f64,
@@ -287,7 +288,8 @@ fn ratio_to_mesh(
     let nodes = elements.nodes()?;
     let width = nodes.interpolation.counts()[1] + 1;
     let whole = elements.areas().iter().fold(0.0, |m: f64, a| m.max(*a));
-    // A node with all its faces has a neighbour along each axis, so that no step wraps around the end of a row.
+    // An inner node has faces on all sides and a neighbour along each axis. A step from an inner node to the next node
+    // therefore stays in the row.
     let inner = |number: usize| {
         let element = nodes.numbers.binary_search(&number).ok();
         element.filter(|e| elements.areas()[*e] > (1.0 - ROUNDING) * whole)

@@ -1,8 +1,8 @@
 //! Unknowns, disk space and peak memory of a run, counted from its recipe.
 //!
-//! Memory is counted field by field, from the allocations of [`crate::contact::HalfSpace`], the solvers, the cycle,
-//! the wear step and the matrices of a structure. A test compares the sum with the memory that the operating system
-//! reports.
+//! The memory is the sum of the allocated fields. The fields belong to [`crate::contact::HalfSpace`], the solvers, the
+//! cycle, the wear step and the matrices of a structure. A test compares the sum with the memory that the operating
+//! system reports.
 
 use serde::Serialize;
 
@@ -13,10 +13,10 @@ use crate::wear::cycle::March;
 
 /// Size of a number \[B\].
 const DOUBLE: f64 = 8.0;
-/// Memory of the program before it computes: code and tables, measured in a run without contact \[B\].
+/// Memory for the code and tables of the program before the program computes \[B\], measured in a run without contact.
 const PROGRAM: f64 = 27.0 * 1024.0 * 1024.0;
-/// Number of matrices of the contact's degrees of freedom at the peak of a harmonic balance, without the Jacobians of
-/// its elements.
+/// Largest number of matrices during a harmonic balance, without the Jacobians of the contact elements. The size of
+/// each matrix is the number of contact degrees of freedom.
 const RESPONSE: f64 = 8.0;
 /// Number of matrices of the contact's degrees of freedom that the structure and its closed model keep allocated.
 const MODEL: f64 = 3.0;
@@ -24,8 +24,8 @@ const MODEL: f64 = 3.0;
 const SETS: f64 = 3.5;
 /// Size of the tables of an iteration with one row, or with one row per sample of the cycle \[B\].
 const TABLES: f64 = 40e3;
-/// Fields of one normal solve: the fields of the solver with its lists of cells, the worn heights, and the resulting
-/// gap.
+/// Number of fields of one normal solve. The count includes the fields and cell lists of the solver, the worn heights,
+/// and the gap.
 const NORMAL_SOLVE: f64 = 12.0;
 /// Part of the cells in contact, for the size of the arrays of a tangential solve. The assumed part is larger than the
 /// part in contact in a rough joint.
@@ -47,7 +47,8 @@ pub struct ResourceEstimate {
     /// Peak memory of a run whose structure is in the cache \[B\]; `None` without a reduction.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub memory_cached: Option<u64>,
-    /// Disk space of a stored iteration \[B\]. The compression of its tables is uncertain by a factor of two.
+    /// Disk space of a stored iteration \[B\]. The compression of the tables makes the disk space uncertain by a factor
+    /// of two.
     pub disk_per_iteration: u64,
 }
 
@@ -58,7 +59,8 @@ impl ResourceEstimate {
         let elements = contact_elements(recipe);
         let orders = recipe.response.as_ref().map_or(0, |r| r.harmonics.len());
         let least = ResourceEstimate::least_memory(inputs);
-        // The reduction ends and frees its memory before a run allocates anything else.
+        // The reduction of the structure ends before the run allocates other memory, and frees the memory of the
+        // reduction.
         let reduction = reduction(inputs).map(|bytes| (PROGRAM + bytes) as u64);
         let mut counted = ResourceEstimate {
             contact_elements: elements,
@@ -96,8 +98,8 @@ fn disk_per_iteration(inputs: &Inputs, counted: &ResourceEstimate) -> f64 {
         Shear::AlongX => 1.0,
         Shear::InPlane => 2.0,
     });
-    // Each cell stores a gap or a pressure. A cell in contact also stores its shear, slip path and energy over a
-    // cycle, and its wear.
+    // The tables store a gap or a pressure for each cell. For each cell in contact, the tables in addition store shear,
+    // slip path, energy per cycle and wear.
     let cycle = recipe.cycle().map_or(0.0, |_| axes + 2.0);
     let wear = recipe.wear.as_ref().map_or(0.0, |_| 1.0);
     let contact = 1.0 + IN_CONTACT * (cycle + wear);
@@ -143,7 +145,7 @@ fn doubles(inputs: &Inputs) -> [f64; 2] {
     let kernels = |number: f64| number * (0.5 * padding + 0.5);
     let planes = |number: f64| number * (padding.sqrt() + 1.0);
     let half_space = kernels(1.0 + 3.0 * axes - 2.0) + planes(axes);
-    // Heights, wear, pressure and gap of the static contact, and one byte each for the masks.
+    // Number of fields of the static contact: heights, wear, pressure and gap. Each mask has one byte per cell.
     let contact_fields = 4.25;
     let between_stages = half_space + contact_fields;
     let indentation = contact_fields + NORMAL_SOLVE;
@@ -159,10 +161,11 @@ fn doubles(inputs: &Inputs) -> [f64; 2] {
         }
         // State at the start of the step, rates of wear there, and wear and yielding at half the step.
         let step_start = contact_fields + cycle_result + 2.0 + 3.0 + 2.0;
-        // Additional fields of the two stages of the step: bases, compliances, rates, pressures, gaps and wear.
+        // Additional fields of a wear step with two stages: bases, compliances, rates, pressures, gaps and wear.
         let stages = cycle_result + 2.0 + 1.0 + 2.0 + 3.0 + 1.0 + NORMAL_SOLVE;
-        // The coarse trajectory takes such a step from its own state and from an earlier state of the run. In
-        // addition there are the table with both states and the table of the contact.
+        // The coarse trajectory computes two wear steps. The first step starts from the state of the trajectory. The
+        // second step starts from an earlier state of the run. In addition, the memory contains the table with both
+        // states and the table of the contact.
         let coarse = match recipe.structure {
             None => 5.0 * (cycle_result + 3.0),
             Some(_) => 0.0,
@@ -182,7 +185,7 @@ fn cycle_fields(inputs: &Inputs, axes: f64) -> f64 {
         .contact()
         .map_or(0.0, |contact| contact.conditions.normal_load);
     let samples = fields.samples_of(cycle, load) as f64;
-    // Pressure and gap twice, shear and slip. The rows also store the position of each cell.
+    // Pressure and gap twice, shear and slip. Each row of the table stores in addition the position of the cell.
     let fields_per_sample = 4.0 + 2.0 * axes;
     samples * (fields_per_sample + IN_CONTACT * fields_per_sample)
 }

@@ -32,7 +32,7 @@ pub struct Force {
 /// A motion of the ground: `amplitude · cos(k ω t + phase)`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Base {
-    /// The prescribed quantity and its amplitude.
+    /// Quantity that prescribes the motion of the base, with the amplitude of the quantity.
     #[serde(flatten)]
     pub motion: BaseMotion,
     /// 0, 1, 2 for x, y, z.
@@ -55,7 +55,7 @@ pub enum BaseMotion {
 
 impl Base {
     /// Returns the load −m·a on a `mass` \[kg\] in the frame of the ground. A displacement u has the acceleration
-    /// −(kω)²u. In this case the load is the factor m·u \[N s²\] of (kω)², for
+    /// −(kω)²u. For a prescribed displacement, the function returns the factor m·u \[N s²\] of (kω)², for
     /// [`HarmonicBalance::with_inertial_loads`](crate::dynamics::HarmonicBalance::with_inertial_loads).
     pub fn load(&self, mass: f64) -> Load {
         let amplitude = match self.motion {
@@ -70,7 +70,8 @@ impl Base {
         }
     }
 
-    /// Returns the amplitude of this load \[N\] on a `mass` \[kg\] at the fundamental `frequency` \[Hz\].
+    /// Returns the amplitude of the load of the base motion \[N\] on a `mass` \[kg\] at the fundamental `frequency`
+    /// \[Hz\].
     pub fn force(&self, mass: f64, frequency: f64) -> f64 {
         mass * match self.motion {
             BaseMotion::Acceleration(a) => a,
@@ -94,17 +95,19 @@ pub enum DampingBasis {
 /// Excitation of a structure, and the requested response.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Response {
-    /// Forces on the structure. The drive is the first force of harmonic 1 at the point and along the axis of the
-    /// response, otherwise the first force. Without forces, the drive is the motion of the ground.
+    /// Forces on the structure. The drive is the first force of harmonic 1 with the point and axis of the response. If
+    /// no force has this point and axis, the drive is the first force. Without forces, the drive is the motion of the
+    /// ground.
     pub forces: Vec<Force>,
     /// Motion of the ground of an oscillator; `None` if the ground is at rest.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub base: Option<Base>,
     /// Port whose displacement is the response.
     pub at: Port,
-    /// Harmonic numbers, including 0. With a `harmonic_tolerance`, these are the initial harmonics.
+    /// Harmonic numbers, including 0. With a `harmonic_tolerance`, the solver starts with the harmonics in this list
+    /// and adds further harmonics.
     pub harmonics: Vec<u32>,
-    /// Relative truncation error up to which harmonics are added; `None` if they are fixed.
+    /// Relative truncation error up to which the solver adds harmonics; `None` if the harmonics are fixed.
     pub harmonic_tolerance: Option<f64>,
     /// True if a response with about twice as many harmonics drives the wear.
     pub harmonic_correction: bool,
@@ -123,8 +126,8 @@ pub struct Response {
     /// Frequency of the response that drives the joint \[Hz\]; `None` for the phase resonance.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub at_frequency: Option<f64>,
-    /// Range of the search for the resonance and of the forced response \[Hz\]; `None` for a given frequency without
-    /// a forced response.
+    /// Frequency range of the resonance search and of the forced response \[Hz\]. `None` if the scene prescribes the
+    /// frequency and requests no forced response.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub frequency: Option<[f64; 2]>,
     /// Number of equidistant points of the forced response; `None` for points chosen by continuation.

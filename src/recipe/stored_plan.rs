@@ -15,10 +15,10 @@ pub struct StoredPlan {
 }
 
 impl StoredPlan {
-    /// Parses a `plan.json` that this program wrote.
+    /// Parses the contents of a `plan.json` that `fretwear` wrote.
     ///
     /// # Errors
-    /// A text that names the field that is missing, unknown, or written in another form.
+    /// Returns a text that names the wrong field. The field is missing, unknown, or has another form.
     pub fn of(value: &Value) -> Result<StoredPlan, String> {
         let plan = StoredPlan::deserialize(value).map_err(|error| error.to_string())?;
         let expected = serde_json::to_value(&plan).map_err(|error| error.to_string())?;
@@ -29,7 +29,8 @@ impl StoredPlan {
     }
 }
 
-/// Returns a text about the first field in which the `stored` value differs from the value that the program writes.
+/// Returns a text about the first field with a difference between the `stored` and the `expected` value. The expected
+/// value is the value that the program writes.
 fn difference(at: &str, stored: &Value, expected: &Value) -> Option<String> {
     match (stored, expected) {
         (Value::Object(stored), Value::Object(expected)) => {

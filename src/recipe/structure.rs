@@ -1,4 +1,4 @@
-//! Source of a structure, and its vibration.
+//! Source of the structure's matrices, and the settings of the structure's vibration.
 
 use std::f64::consts::TAU;
 use std::path::PathBuf;
@@ -112,7 +112,8 @@ pub struct Import {
 /// Paths of the files of a structure.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ImportFiles {
-    /// Matrix files, each with its role; the role is `None` for a file with several matrices.
+    /// Paths of the matrix files. Each path has the role of the matrix in the file. The role is `None` for a file with
+    /// several matrices.
     pub matrices: Vec<(Option<Role>, PathBuf)>,
     /// Positions of nodes.
     pub nodes: Option<PathBuf>,
@@ -144,7 +145,8 @@ impl From<Resonator> for StructureSource {
 }
 
 impl StructureSource {
-    /// Creates an oscillator with mass \[kg\], damping \[N s/m\] and stiffness \[N/m\] along x, y, z.
+    /// Creates an oscillator. Each argument lists the values along x, y, z: mass \[kg\], damping \[N s/m\] and
+    /// stiffness \[N/m\].
     pub fn oscillator(mass: [f64; 3], damping: [f64; 3], stiffness: [f64; 3]) -> Self {
         StructureSource::Oscillator {
             mass,
@@ -154,8 +156,9 @@ impl StructureSource {
         }
     }
 
-    /// Adds nonlinear springs to the ground along x, y, z: cubic stiffness \[N/m³\], and stiffness \[N/m\] and gap
-    /// \[m\] of stops. A stiffness of zero adds no spring.
+    /// Adds nonlinear springs between the oscillator and the ground. `cubic` is the cubic stiffness along x, y, z
+    /// \[N/m³\]. `stop` and `gap` are the stiffness \[N/m\] and the gap \[m\] of the stops along x, y, z. A stiffness
+    /// of zero adds no spring.
     pub fn with_springs(mut self, cubic: [f64; 3], stop: [f64; 3], gap: [f64; 3]) -> Self {
         if let StructureSource::Oscillator { springs, .. } = &mut self {
             for direction in 0..3 {
@@ -237,8 +240,8 @@ impl StructureSource {
         }
     }
 
-    /// Returns the finite element formulation of the mesh. Matrices that do not state it count as elements without
-    /// locking.
+    /// Returns the finite element formulation of the mesh. If the matrices do not state the formulation, the function
+    /// returns the formulation without locking.
     pub fn formulation(&self) -> Formulation {
         let import = self.import();
         import
@@ -257,8 +260,8 @@ impl StructureSource {
         })
     }
 
-    /// Returns the names of the points at which forces act and displacements are evaluated, the default point first;
-    /// empty for an imported structure, which has its own points.
+    /// Returns the names of the points for forces and responses. The first point is the default. The list is empty for
+    /// an imported structure, because the files of the structure define the points.
     pub fn points(&self) -> &'static [&'static str] {
         match self {
             StructureSource::Matrices(_) => &[],
@@ -280,7 +283,7 @@ impl StructureSource {
         }
     }
 
-    /// Returns the reason for this kind of structure.
+    /// Returns a text with the reason for the kind of the structure.
     pub fn why(&self) -> &'static str {
         match self {
             StructureSource::Resonator { .. } | StructureSource::Matrices(_) => {
@@ -297,15 +300,15 @@ impl Structure {
         !self.source.is_oscillator()
     }
 
-    /// Reduces the structure. Returns the reduced structure and its outline, or `None` for a structure that needs no
-    /// reduction. `imported` contains the matrices of a structure that comes from files.
+    /// Reduces the structure. Returns the reduced structure and the outline of the structure, or `None` for a structure
+    /// that needs no reduction. `imported` contains the matrices of a structure that comes from files.
     ///
     /// # Errors
-    /// Returns [`ImportError`] for a geometry that cannot be meshed, for matrices that do not describe a structure, and
-    /// for modes that are not found.
+    /// Returns [`ImportError`] if the mesher rejects the geometry, if the matrices do not describe a structure, or if
+    /// the eigenvalue solver does not find the modes.
     ///
     /// # Panics
-    /// If the structure comes from files and its matrices are missing.
+    /// Panics if the structure comes from files and `imported` is missing.
     pub fn reduce(
         &self,
         imported: Option<&ImportedStructure>,
@@ -336,8 +339,8 @@ impl Structure {
         }
     }
 
-    /// Adds the springs of an oscillator to its contact element. Without a contact, creates an element that has only
-    /// these springs.
+    /// Adds the springs of an oscillator to the contact element of the oscillator. If the joint has no contact element,
+    /// the function creates an element that has only the springs of the oscillator.
     pub fn add_springs(&self, elements: &mut Vec<ContactElement>) {
         let springs = self.source.springs();
         if springs.is_empty() {
@@ -411,8 +414,8 @@ impl Structure {
         }
     }
 
-    /// Returns the ports of the vibration that are not contact ports, in their order: the ports of the loads and of the
-    /// response, each once. An oscillator with a contact has no other ports, because the mass of the oscillator is the
+    /// Returns the ports of the loads and of the response, each port once, in a fixed order. The list does not include
+    /// the contact ports. An oscillator with a contact has no other ports, because the mass of the oscillator is the
     /// contact port.
     pub fn points(&self, response: &Response, has_contact: bool) -> Vec<Port> {
         match &self.source {
@@ -436,14 +439,14 @@ impl Structure {
         }
     }
 
-    /// Returns the vibration without its contact elements. `reduced` is the reduced structure, or `None` for an
-    /// oscillator. Modal damping of the stuck joint uses the `unworn` contact elements.
+    /// Returns the model of the vibration without contact elements. `reduced` is the reduced structure, or `None` for
+    /// an oscillator. Modal damping of the stuck joint uses the `unworn` contact elements.
     ///
     /// # Errors
     /// Returns [`DynamicsError`] for invalid parameters of the vibration.
     ///
     /// # Panics
-    /// If the structure needs a reduction and `reduced` is missing.
+    /// Panics if the structure needs a reduction and `reduced` is missing.
     pub fn vibration(
         &self,
         response: &Response,
@@ -546,7 +549,7 @@ impl Structure {
     }
 }
 
-/// Adds modal damping with this ratio to the dampers of an oscillator.
+/// Adds modal damping with the damping ratio `ratio` to the dampers of an oscillator.
 fn with_damping_ratio(
     mut model: SecondOrder,
     ratio: f64,

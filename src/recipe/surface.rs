@@ -59,12 +59,12 @@ pub enum Cells {
         counts: [usize; 2],
         /// Elements in the hole.
         absent: Vec<[usize; 2]>,
-        /// Position of the contact elements: on these faces, or at the nodes between them.
+        /// Position of the contact elements: on the faces of the structure, or at the nodes between the faces.
         ports: ContactPorts,
     },
 }
 
-/// Source of the heights. Heights are positive towards the other body.
+/// Source of the heights. A positive height points towards the opposite body.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Heights {
@@ -101,7 +101,7 @@ pub enum Heights {
     },
     /// A perfectly flat surface.
     Flat,
-    /// A sphere with its apex at height 0 in the middle of the joint.
+    /// A sphere whose apex has height 0 and lies in the middle of the joint.
     Sphere {
         /// Radius \[m\].
         radius: f64,
@@ -229,10 +229,10 @@ impl Heights {
         }
     }
 
-    /// Generates the heights on a patch. Returns `None` if they come from a file.
+    /// Generates the heights on a patch. Returns `None` if the heights come from a file.
     ///
     /// # Errors
-    /// [`SurfaceError`] for invalid parameters, or for too few cells.
+    /// Returns [`SurfaceError`] for invalid parameters of the surface, or for a patch with too few cells.
     pub fn generate(&self, patch: &Patch) -> Result<Option<GeneratedSurface>, SurfaceError> {
         let exact = |heights| GeneratedSurface {
             heights,

@@ -15,8 +15,8 @@ pub struct Wear {
     pub cycles: Option<u64>,
     /// Worn volume to reach \[m³\].
     pub volume: Option<f64>,
-    /// Fraction of the load at which the run ends, including the full error bar of the load; `None` if the load does
-    /// not end the run.
+    /// Fraction of the unworn load at which the run ends. The comparison includes the full error bar of the load.
+    /// `None` if the load does not end the run.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub until_preload: Option<f64>,
     /// Time integration scheme of the wear steps.
@@ -28,7 +28,7 @@ pub struct Wear {
 }
 
 impl Wear {
-    /// Returns true if these cycles or this worn volume \[m³\] end the run.
+    /// Returns true if the run ends at the given number of `cycles` or at the given worn `volume` \[m³\].
     pub fn is_reached(&self, cycles: u64, volume: f64) -> bool {
         self.cycles.is_some_and(|end| cycles >= end) || self.volume.is_some_and(|end| volume >= end)
     }
@@ -40,7 +40,8 @@ impl Wear {
         end.is_some_and(|end| load * (1.0 + bar) <= end)
     }
 
-    /// Returns the completed part of the run after these cycles or at this worn volume \[m³\], whichever is larger.
+    /// Returns the completed part of the run, from 0 to 1. The part is the larger of two ratios. One ratio is `cycles`
+    /// divided by the cycles at the end. The other ratio is the worn `volume` \[m³\] divided by the volume at the end.
     pub fn part(&self, cycles: u64, volume: f64) -> f64 {
         let cycle_part = self.cycles.map_or(0.0, |end| cycles as f64 / end as f64);
         let volume_part = self.volume.map_or(0.0, |end| volume / end);

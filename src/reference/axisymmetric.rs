@@ -1,10 +1,10 @@
 //! Paraboloid with capped pressure: an axisymmetric solution, dense and independent of the grid solvers.
 //!
-//! With 0 ≤ p ≤ p_max [A eq. 4.3] a plateau p = p_max of radius b lies inside the contact circle of radius a. The mixed
-//! problem in b < r < a has no closed form. The axisymmetric solution uses a constant pressure on each of many
-//! concentric rings. Each ring is the difference of two uniformly loaded discs, whose surface displacement is exact in
-//! complete elliptic integrals (Johnson, Contact Mechanics, eq. 3.29). A primal-dual active set with a dense
-//! factorisation satisfies the bounds.
+//! The pressure is limited by 0 ≤ p ≤ p_max [A eq. 4.3]. The contact circle of radius a contains a plateau p = p_max of
+//! radius b. The mixed problem in b < r < a has no closed form. The axisymmetric solution uses a constant pressure on
+//! each of many concentric rings. Each ring is the difference of two uniformly loaded discs. Complete elliptic
+//! integrals express the surface displacement of a disc exactly (Johnson, Contact Mechanics, eq. 3.29). A primal-dual
+//! active set with a dense factorisation satisfies the bounds.
 
 use std::f64::consts::PI;
 
@@ -204,11 +204,11 @@ impl CappedHertz {
     }
 }
 
-/// Returns the radius where a quantity that vanishes like a square root reaches 0, from its values at rings
-/// counted from that edge.
+/// Returns the radius at which a quantity reaches 0 like a square root. `values` contains the radius of each ring and
+/// the quantity at the ring. The first ring is at the edge where the quantity reaches 0.
 ///
-/// The square is linear in r² near the edge. The two rings next to the edge are skipped, because the edge
-/// cuts one of them.
+/// Near the edge, the square of the quantity is linear in r². The function skips the two rings next to the edge,
+/// because the edge cuts one of the two rings.
 fn edge(values: &[(f64, f64)]) -> Option<f64> {
     let (near, far) = (values.get(2)?, values.get(6)?);
     let (near_square, far_square) = (near.1 * near.1, far.1 * far.1);

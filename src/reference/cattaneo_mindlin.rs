@@ -7,14 +7,14 @@ use crate::contact::Pair;
 
 /// Hertz contact under constant normal load, with a tangential force along x up to µN.
 ///
-/// Source: Johnson, Contact Mechanics, §7.2 and §7.4. Shear traction, force and displacement are positive
-/// along +x. The displacement is that of the pushed body relative to the other. Slip is this displacement
-/// minus the elastic one.
+/// Source: Johnson, Contact Mechanics, §7.2 and §7.4. Shear traction, force and displacement are positive along +x. The
+/// displacement is the displacement of the pushed body relative to the opposite body. The slip is the displacement
+/// minus the elastic displacement of the surfaces.
 ///
-/// The solution is exact if the transverse traction is neglected. The superposition of two elliptical
-/// tractions displaces the stick circle uniformly along x, for any ν. In the slip annulus it also displaces
-/// points along y, by about ν/(4 − 2ν) of the slip, and the traction only opposes the x component of slip. A
-/// law that aligns traction with the slip vector therefore deviates from this solution unless ν = 0.
+/// The solution is exact if the transverse traction is neglected. The superposition of two elliptical tractions
+/// displaces the stick circle uniformly along x, for any ν. In the slip annulus, the tractions also displace points
+/// along y, by about ν/(4 − 2ν) of the slip. The traction of this solution only opposes the x component of slip. A
+/// friction law that aligns the traction with the slip vector deviates from this solution unless ν = 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CattaneoMindlin {
     /// Radius of curvature of the sphere \[m\].
@@ -59,8 +59,8 @@ impl CattaneoMindlin {
         self.hertz().contact_radius() * (1.0 - force / self.sliding_force()).max(0.0).cbrt()
     }
 
-    /// Returns the displacement under `force` in \[0, µN\] on first loading \[m\]: δ = δₛ(1 − (1 −
-    /// T/µN)^{2/3}) (Johnson eq. 7.42).
+    /// Returns the displacement under the first loading \[m\]: δ = δₛ(1 − (1 − T/µN)^{2/3}) (Johnson eq. 7.42). `force`
+    /// is T, between 0 and µN.
     pub fn displacement(&self, force: f64) -> f64 {
         let remaining = (1.0 - force / self.sliding_force()).max(0.0).cbrt();
         self.sliding_displacement() * (1.0 - remaining * remaining)
@@ -73,8 +73,8 @@ impl CattaneoMindlin {
         self.sliding_force() * (1.0 - remaining.powf(1.5))
     }
 
-    /// Returns the shear traction along x at distance `r` under `force` on first loading \[Pa\]: µp(r) minus
-    /// µp of the stick circle.
+    /// Returns the shear traction along x at the radius `r` under the first loading by `force` \[Pa\]. The traction is
+    /// µp(r) of the contact circle minus µp(r) of the stick circle.
     pub fn traction(&self, force: f64, r: f64) -> f64 {
         let hertz = self.hertz();
         let stick = self.stick_radius(force);
@@ -91,7 +91,8 @@ impl CattaneoMindlin {
     /// stick circle and positive in the annulus. Outside the contact, the slip is the relative motion of the two free
     /// surfaces.
     ///
-    /// Elliptical tractions displace the surface by Johnson's eq. 3.91, here summed over both bodies.
+    /// The function computes the displacement of the surfaces under elliptical tractions by Johnson's eq. 3.91, summed
+    /// over both bodies.
     pub fn slip(&self, force: f64, x: f64, y: f64) -> f64 {
         let hertz = self.hertz();
         let (a, stick) = (hertz.contact_radius(), self.stick_radius(force));
@@ -106,8 +107,8 @@ impl CattaneoMindlin {
         self.displacement(force) - elastic
     }
 
-    /// Returns the displacement of (x, y) along x, summed over both bodies, under the traction `peak`·√(1 −
-    /// r²/`radius`²) along x \[m\].
+    /// Returns the displacement of the point (x, y) along x, as the sum over both bodies \[m\]. The traction is
+    /// `peak`·√(1 − r²/`radius`²) along x.
     pub fn elliptical_displacement(&self, peak: f64, radius: f64, x: f64, y: f64) -> f64 {
         let r_squared = x * x + y * y;
         let r = r_squared.sqrt();
@@ -139,8 +140,9 @@ impl CattaneoMindlin {
         self.force(amplitude) - 2.0 * self.force(0.5 * (amplitude - displacement))
     }
 
-    /// Returns the energy dissipated per cycle between ±`force`, at most ±µN \[J\]. This energy is the area of Masing's
-    /// loop, (9µ²N²/10aG*)·{1 − (1 − x)^{5/3} − (5x/6)(1 + (1 − x)^{2/3})}, x = T/µN (Johnson §7.4).
+    /// Returns the dissipated energy of a cycle between −`force` and `force` \[J\]. `force` is T, at most µN. The
+    /// energy is the area of Masing's loop (Johnson §7.4). With x = T/µN, the area is (9µ²N²/10aG*)·{1 − (1 − x)^{5/3}
+    /// − (5x/6)(1 + (1 − x)^{2/3})}.
     pub fn energy_per_cycle_at_force(&self, force: f64) -> f64 {
         let sliding = self.sliding_force();
         let x = (force / sliding).min(1.0);
@@ -159,9 +161,9 @@ impl CattaneoMindlin {
         self.energy_per_cycle_at_force(self.force(amplitude)) + 4.0 * self.sliding_force() * gross
     }
 
-    /// Returns the energy dissipated per cycle and area at (x, y) between ±`force` \[J/m²\]. This energy is 4µp times
-    /// the slip of first loading, because each of the two strokes slips twice as far (Masing's rule holds pointwise
-    /// here).
+    /// Returns the energy dissipated per cycle and area at (x, y) between ±`force` \[J/m²\]. The energy density is 4µp
+    /// times the slip in the first loading. The factor is 4, because a cycle has two strokes. In each stroke, a point
+    /// slips twice as far as in the first loading (Masing's rule).
     pub fn energy_density(&self, force: f64, x: f64, y: f64) -> f64 {
         4.0 * self.friction_coefficient * self.hertz().pressure(x.hypot(y)) * self.slip(force, x, y)
     }

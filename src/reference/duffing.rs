@@ -15,8 +15,8 @@ pub struct Duffing {
 
 impl Duffing {
     /// Returns the backbone: the angular frequency of the phase resonance at `amplitude`, ω² = (k + ¾κU²)/m \[rad/s\].
-    /// The backbone uses one harmonic and is correct to second order in the amplitude (Nayfeh, Mook, Nonlinear
-    /// Oscillations, §2.3.1).
+    /// The backbone is the solution with one harmonic. The backbone is correct to second order in the amplitude
+    /// (Nayfeh, Mook, Nonlinear Oscillations, §2.3.1).
     pub fn backbone(&self, amplitude: f64) -> f64 {
         ((self.stiffness + 0.75 * self.cubic * amplitude.powi(2)) / self.mass).sqrt()
     }

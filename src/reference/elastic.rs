@@ -17,7 +17,8 @@ fn sum(pair: &Pair, term: impl Fn(f64, f64) -> f64) -> f64 {
         .sum()
 }
 
-/// Returns E* with 1/E* = Σ (1 − ν)/2G, which equals Σ (1 − ν²)/E \[Pa\] (Johnson, Contact Mechanics, §4.2).
+/// Returns the effective modulus E* of two bodies \[Pa\] (Johnson, Contact Mechanics, §4.2). The sums over the bodies
+/// are 1/E* = Σ (1 − ν)/2G = Σ (1 − ν²)/E.
 pub fn effective_modulus(pair: &Pair) -> f64 {
     1.0 / sum(pair, |shear, nu| 0.5 * (1.0 - nu) / shear)
 }

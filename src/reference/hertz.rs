@@ -71,7 +71,8 @@ impl Hertz {
         2.0 * self.effective_modulus * self.contact_radius()
     }
 
-    /// Returns the load at which this paraboloid approaches by `approach` \[N\]: N = (4/3) E* √R δ^{3/2}.
+    /// Returns the load between a paraboloid and a half space \[N\]: N = (4/3) E* √R δ^{3/2}. `radius` is the tip
+    /// radius R \[m\], and `approach` is the approach δ \[m\].
     pub fn load_at(radius: f64, effective_modulus: f64, approach: f64) -> f64 {
         4.0 / 3.0 * effective_modulus * radius.sqrt() * approach.powf(1.5)
     }

@@ -2,7 +2,8 @@
 
 use std::f64::consts::PI;
 
-/// Spring of stiffness k in series with a slider of friction limit R, driven by u = U cos θ in steady state.
+/// Jenkins element: a spring of stiffness k in series with a slider of friction limit R. The displacement of the
+/// element is u = U cos θ in steady state.
 ///
 /// The force on the branch down from the maximum is max(−R, kU cos θ − kU + R). The branch up from the minimum is the
 /// image of the branch down. If the element sticks throughout, the force is kU cos θ. First harmonics: T. K. Caughey
@@ -26,8 +27,8 @@ impl Jenkins {
         4.0 * self.limit * (amplitude - self.limit / self.stiffness).max(0.0)
     }
 
-    /// Returns the phase θ* after the maximum at which slip begins, cos θ* = 1 − 2R/kU; π if the element
-    /// never slips.
+    /// Returns the phase θ* at which slip begins, measured from the maximum: cos θ* = 1 − 2R/kU. Returns π if the
+    /// element never slips.
     pub fn slip_phase(&self, amplitude: f64) -> f64 {
         if self.slips(amplitude) {
             (1.0 - 2.0 * self.limit / (self.stiffness * amplitude)).acos()

@@ -1,16 +1,16 @@
-//! Oscillator with a Jenkins element: its backbone by the describing function.
+//! Backbone of an oscillator with a Jenkins element, from the describing function of the element.
 
 use std::f64::consts::PI;
 
 use super::Jenkins;
 
-/// Mass m on a spring k, a dashpot c and a Jenkins element in parallel, which moves as u = U cos θ.
+/// Mass m on a spring k, a dashpot c and a Jenkins element in parallel. The displacement of the mass is u = U cos θ.
 ///
-/// One harmonic is balanced, so that the describing function represents the element. In phase with the
-/// displacement the element is a spring of stiffness F_c(U)/U. In phase with the velocity it dissipates
-/// E_d(U) per cycle. See [`Jenkins::coefficients`] and [`Jenkins::dissipated_energy`] (T. K. Caughey, J.
-/// Appl. Mech. 27, 1960, 640). At the phase resonance the force F balances the forces in phase with the
-/// velocity, and inertia balances the others: m ω² = k + F_c/U, F = c ω U + E_d/πU.
+/// One harmonic is balanced, so that the describing function represents the element. In phase with the displacement,
+/// the element is a spring of stiffness F_c(U)/U. In phase with the velocity, the force of the element dissipates
+/// E_d(U) per cycle. See [`Jenkins::coefficients`] and [`Jenkins::dissipated_energy`] (T. K. Caughey, J. Appl. Mech.
+/// 27, 1960, 640). At the phase resonance, the force F balances the forces in phase with the velocity: F = c ω U +
+/// E_d/πU. The inertia balances the forces in phase with the displacement: m ω² = k + F_c/U.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct JenkinsOscillator {
     /// Mass m \[kg\].
@@ -30,15 +30,15 @@ impl JenkinsOscillator {
         ((self.stiffness + in_phase / amplitude) / self.mass).sqrt()
     }
 
-    /// Returns the force at which `amplitude` is the phase resonance, c ω U + E_d/πU \[N\]. Without the
-    /// dashpot it is below 4R/π.
+    /// Returns the force at which `amplitude` is the phase resonance, c ω U + E_d/πU \[N\]. Without the dashpot, the
+    /// force is below 4R/π.
     pub fn resonant_force(&self, amplitude: f64) -> f64 {
         let viscous = self.damping * self.backbone(amplitude) * amplitude;
         viscous + self.contact.dissipated_energy(amplitude) / (PI * amplitude)
     }
 
-    /// Returns the damping ratio at that resonance: the energy per cycle π F U over 4π times the kinetic
-    /// energy ½ m ω² U², which is F/(2 m ω² U).
+    /// Returns the damping ratio at the phase resonance with `amplitude`, F/(2 m ω² U). The damping ratio is the energy
+    /// per cycle π F U divided by 4π times the kinetic energy ½ m ω² U².
     pub fn damping_ratio(&self, amplitude: f64) -> f64 {
         let inertia = self.mass * self.backbone(amplitude).powi(2) * amplitude;
         self.resonant_force(amplitude) / (2.0 * inertia)

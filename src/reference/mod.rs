@@ -1,9 +1,9 @@
 //! Closed forms and independent reference solutions that verify the solvers.
 //!
-//! No code here is shared with the solvers. The elastic constants of the pair are computed anew. The only
-//! discrete solution ([`axisymmetric`]) uses a dense matrix of elliptic integrals as its kernel. Lengths are
-//! in metres, pressures in pascals, compression positive. Inputs are assumed positive and finite. Every
-//! function states its range of validity.
+//! The module `reference` shares no code with the solvers, and computes the elastic constants of the pair by its own
+//! formulas. The only discrete solution ([`axisymmetric`]) uses a dense matrix of elliptic integrals as the kernel.
+//! Lengths are in metres, pressures in pascals, compression positive. Inputs are assumed positive and finite. The doc
+//! comment of each function states the inputs for which the closed form is valid.
 
 pub mod axisymmetric;
 pub mod cattaneo_mindlin;

@@ -1,11 +1,12 @@
 //! Closed form of a wear law: independent springs that wear under a frozen slip.
 
-/// Spring of a Winkler bed with pressure p = k(δ − h₀ − h), which wears by dh/dn = α·4µs·p per cycle.
+/// Wearing spring of a Winkler bed. The pressure of the spring is p = k(δ − h₀ − h). The spring wears by dh/dn =
+/// α·4µs·p per cycle.
 ///
-/// 4µs·p is the energy per cycle and area under slip between ±s (two strokes of 2s each) [A eq. 2.6]. This wear of a
-/// spring is therefore the energy wear law without the coupling between cells. The closed form shows the order of a
-/// time-stepping scheme. The closed form is valid while the spring stays in contact: a spring that starts in contact
-/// stays in contact.
+/// 4µs·p is the energy per cycle and area under slip between ±s (two strokes of 2s each) [A eq. 2.6]. The wear of the
+/// spring therefore obeys the energy wear law for one cell that does not interact with other cells. The closed form
+/// shows the order of a time-stepping scheme. The closed form is valid while the spring stays in contact: a spring that
+/// starts in contact stays in contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WinklerWear {
     /// Pressure per displacement k \[Pa/m\].

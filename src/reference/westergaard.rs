@@ -6,8 +6,8 @@ use std::f64::consts::PI;
 /// pressure.
 ///
 /// Δ is the amplitude: peak to valley is 2Δ, and the crest that touches first is at x = 0. Source: Johnson,
-/// Contact Mechanics, §13.2. The gap is the integral of the slope (4p*/E*) cos ψ √(sin²ψ − sin²ψₐ), ψ = πx/λ,
-/// from the edge of contact. The mean gap is the integral of the gap over the wave.
+/// Contact Mechanics, §13.2. The slope of the gap is (4p*/E*) cos ψ √(sin²ψ − sin²ψₐ) with ψ = πx/λ. The gap is the
+/// integral of the slope from the edge of contact. The mean gap is the mean of the gap over a wavelength.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Westergaard {
     /// Wavelength λ \[m\].
@@ -68,8 +68,8 @@ impl Westergaard {
         2.0 * self.amplitude * (sine * root - logarithm)
     }
 
-    /// Returns the mean gap over the wave \[m\]: Δ(1 − m + m ln m) with m = p̄/p*; Δ without load, 0 in full
-    /// contact.
+    /// Returns the mean gap over a wavelength \[m\]: Δ(1 − m + m ln m) with m = p̄/p*. The mean gap is Δ without load
+    /// and 0 in full contact.
     pub fn mean_gap(&self) -> f64 {
         let m = self.loading();
         let entropy = if m > 0.0 { m * m.ln() } else { 0.0 };

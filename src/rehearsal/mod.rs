@@ -1,20 +1,19 @@
-//! Cost of a run, for a user who plans it.
+//! Cost of a run, for a user who plans the run.
 //!
-//! The recipe gives memory, disk per iteration and unknowns. The number of wear iterations and of FFT pairs
-//! depends on the contact and on the accuracy, and no formula gives it. [`rehearse`] makes one run of the
-//! same recipe on a coarser grid and scales its counts:
+//! The recipe gives memory, disk per iteration and unknowns. No formula predicts the number of wear iterations and the
+//! number of FFT pairs. [`rehearse`] runs the same recipe on a coarser grid and scales the counts of the coarse run:
 //!
-//! - The coarse grid has half the scene's cells along each side, between bounds. If that gives no coarser
-//!   grid, the scene itself is run; its counts are then exact if that run reaches its end.
-//! - The coarse run ends after a fixed number of operations. A plan therefore prints the same numbers on every machine
-//!   that finishes these operations within [`TIME_LIMIT`]. Wear steps lengthen as wear proceeds. The number of
-//!   remaining steps is therefore at most the remaining cycles, or volume, divided by the cycles, or volume, of the
-//!   last step.
-//! - The time of the contact scales with the operations of its transforms, all other time with the number of
-//!   iterations.
+//! - The coarse grid has half the scene's cells along each side, between bounds. If the bounds permit no coarser grid,
+//!   the rehearsal runs the scene itself. The counts are exact if the run of the scene reaches its end.
+//! - The coarse run ends after a fixed number of operations, or after [`TIME_LIMIT`]. A plan prints the same numbers on
+//!   every machine that finishes the operations within [`TIME_LIMIT`]. Wear steps lengthen as wear proceeds. The plan
+//!   bounds the number of remaining steps by the remaining cycles divided by the cycles of the last step. For a run
+//!   that ends at a volume, the plan uses the worn volume instead of the cycles.
+//! - The time of the contact scales with the operations of the contact's transforms. All other time scales with the
+//!   number of iterations.
 //!
-//! A structure from a mesh is not rehearsed: its FFT pairs and its time are unknown before the run. No number
-//! of a rehearsal enters a recipe.
+//! The rehearsal does not cover a structure from a mesh. The FFT pairs and the time of a run with a mesh are unknown
+//! before the run. No number of a rehearsal enters a recipe.
 
 mod coarser;
 
@@ -43,8 +42,8 @@ const MOST_CELLS: usize = 150;
 const CELLS_PER_LENGTH: f64 = 2.0;
 /// Largest ratio of a coarser grid; above it the scene itself is run.
 const LARGEST_GRID_RATIO: f64 = 0.8;
-/// Exponent of the growth of FFT pairs with the cells along a side, measured on random scenes with every kind
-/// of motion (`tests/plan/rehearsed.py`).
+/// Exponent in the power law for the number of FFT pairs over the number of cells along a side.
+/// `tests/plan/rehearsed.py` measured the exponent on random scenes with every kind of motion.
 const PAIRS_EXPONENT: f64 = 1.0 / 3.0;
 /// Largest ratio between actual and scaled counts of iterations and pairs, measured on the same scenes.
 const COUNT_UNCERTAINTY: f64 = 2.0;
@@ -52,8 +51,8 @@ const COUNT_UNCERTAINTY: f64 = 2.0;
 const DISK_UNCERTAINTY: f64 = 2.0;
 /// Largest ratio between the times of equal runs.
 const TIME_UNCERTAINTY: f64 = 1.3;
-/// Operations of transforms after which the coarse run ends at its next iteration, some three seconds on one
-/// core; and operations of an iteration apart from its transforms.
+/// Limit of the transform operations of the coarse run, about three seconds on one core. Beyond the limit, the coarse
+/// run ends at its next iteration. `OPERATIONS_PER_ITERATION` is the number of other operations per iteration.
 const OPERATION_LIMIT: f64 = 3e10;
 const OPERATIONS_PER_ITERATION: f64 = 1.5e8;
 /// Largest number of unknowns of a structure that is rehearsed.
@@ -91,7 +90,8 @@ impl Range {
     }
 }
 
-/// Rounds to three digits, so that all machines print the same. The estimate is less accurate than that.
+/// Rounds an estimate to three digits, so that all machines print the same number. The error of the estimate is larger
+/// than the rounding error.
 fn digits(value: f64) -> f64 {
     format!("{value:.2e}").parse().unwrap_or(value)
 }
@@ -113,7 +113,7 @@ pub struct Cost {
     /// Numbers counted from the recipe.
     #[serde(flatten)]
     pub counted: ResourceEstimate,
-    /// Run on a coarser grid; `None` if the rehearsal made no such run.
+    /// Run on a coarser grid; `None` if the rehearsal did not run a coarser grid.
     pub coarse_run: Option<CoarseRun>,
     /// Reason why the estimates below are missing; `None` if they exist.
     pub not_known: Option<String>,
@@ -132,7 +132,7 @@ pub struct Cost {
 pub struct Rehearsal {
     /// Cost of the run.
     pub cost: Cost,
-    /// Time of the run on this machine with one thread \[s\]; `None` if unknown.
+    /// Estimated time of the run with one thread on this machine \[s\]. `None` if the time is unknown.
     pub seconds: Option<Range>,
     /// Warnings about the scene from the coarse run.
     pub warnings: Vec<String>,
@@ -316,8 +316,8 @@ impl CoarseResult {
     }
 }
 
-/// Returns the operations of an FFT pair on the plane of a recipe: a forward and an inverse transform of real
-/// numbers.
+/// Returns the number of operations of one FFT pair on the plane of the `recipe`. A pair is a forward and an inverse
+/// transform of real numbers.
 fn operations_of_pair(recipe: &Recipe) -> f64 {
     let points = recipe.contact().map_or(2.0, |contact| {
         contact.plane.iter().map(|n| *n as f64).product()

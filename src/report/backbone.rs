@@ -1,6 +1,7 @@
-//! Backbone charts: frequency and damping ratio over amplitude, and amplitude over force.
+//! Backbone charts. One chart shows frequency and damping ratio over amplitude. Another chart shows amplitude over
+//! force.
 //!
-//! If a key varies, the charts show frequency, damping ratio and amplitude over that key.
+//! If the runs vary a key, the charts show frequency, damping ratio and amplitude over the value of the key.
 
 use super::plot::{Axis, Chart, Curve, standalone, style_of_run, style_of_state};
 use super::quantity::{FORCE, FREQUENCY, LENGTH, NUMBER, Unit, Units, largest, unit_of};
@@ -58,7 +59,8 @@ fn over_key(table: &Backbone, key: &str, values: &[f64]) -> String {
         unit: unit_of(NUMBER, 1.0),
         ..Quantity::new(&format!("{key}, SI"), values, NUMBER)
     };
-    // A logarithmic axis shows a curve over decades. A linear axis shows its shape within one decade.
+    // A logarithmic axis shows a curve over decades. Within one decade, a linear axis shows the shape of the curve
+    // better.
     let spans_decades = |column: &[f64]| {
         let least = column.iter().copied().fold(f64::INFINITY, f64::min);
         least > 0.0 && largest(column) > DECADE * least

@@ -1,7 +1,7 @@
 //! Report on the runs of a campaign.
 //!
-//! The report shows the final figures, bands over the cycles, the sensitivity of each figure to each key, and the
-//! failed runs.
+//! The report shows the final figures, the bands of the figures over the cycles, and the failed runs. The report in
+//! addition shows the sensitivity of each figure to each key.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -34,7 +34,7 @@ const LEAST_SHARE: f64 = 0.05;
 /// Maximum number of listed rows per reason of failure.
 const NAMED: usize = 20;
 
-/// Columns of the summary with their titles and units.
+/// Columns of the table `summary`, each with the title and the units of the column.
 const NAMES: [(&str, &str, Units); 16] = [
     ("wear_volume", "worn volume", VOLUME),
     ("largest_depth", "largest depth", LENGTH),
@@ -73,7 +73,7 @@ pub struct CampaignReport<'a> {
     pub campaign: &'a Campaign,
     /// State of each row.
     pub states: &'a [State],
-    /// Failed rows with their reasons.
+    /// Number of each failed row, and the reason for the failure.
     pub failures: &'a [(usize, Failure)],
     /// Statistics of the collected runs.
     pub findings: &'a Findings,
@@ -125,7 +125,7 @@ impl CampaignReport<'_> {
         influential
     }
 
-    /// Counts the collected runs and the other rows by state, in words.
+    /// Returns a text with the number of collected runs and the numbers of failed, incomplete and waiting rows.
     pub fn counts(&self) -> String {
         let rows_in = |state: State| self.states.iter().filter(|own| **own == state).count();
         let mut parts = vec![format!(
@@ -420,7 +420,8 @@ impl CampaignReport<'_> {
         page.html()
     }
 
-    /// Writes the page, and its tables next to it. Returns the files, the page first.
+    /// Writes the page of the report, and writes the tables of the report into the folder of the page. Returns the
+    /// paths of the files, the page first.
     ///
     /// The page is `named`, written as by [`output::write`], or else `report.html` in `folder`. If `named` is a device
     /// or a pipe, no tables are written.

@@ -16,7 +16,7 @@ use crate::stages::{JointState, RunCost, RunEnds};
 use crate::store::{Damage, RunReader, StoreError};
 use crate::tables::{ColumnSchema, ColumnType, Nullable, TableName, nullable_to_parquet};
 
-/// Columns of `summary` that follow `run` and `wear_iteration` in a comparison, in this order.
+/// Columns of `summary` that a comparison shows after `run` and `wear_iteration`, in the order of the comparison.
 const FIGURES: [&str; 15] = [
     "cycles",
     "wear_volume",
@@ -48,7 +48,7 @@ const COMPARISON: &str = "comparison";
 /// Rows of a comparison.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Rows {
-    /// One row per run: its last iteration, with the FFT pairs of all its iterations.
+    /// One row per run: the last iteration of the run, with the FFT pairs of all iterations of the run.
     Last,
     /// One row per iteration of each run.
     All,
@@ -95,10 +95,11 @@ impl Cell {
 pub struct ComparedRun {
     /// Path of the run, as the user gave it.
     pub run: String,
-    /// State of the joint. With [`Rows::Last`] it includes the forced response of the last state itself, if the run has
-    /// the responses of its first and its last state.
+    /// State of the joint. With [`Rows::Last`], the state includes the last forced response, if the run has forced
+    /// responses of the first and the last state.
     pub state: JointState,
-    /// FFT pairs of all stages: of this iteration, or with [`Rows::Last`] of all iterations of the run.
+    /// Number of FFT pairs of all stages. The number counts the iteration of the row, or with [`Rows::Last`] all
+    /// iterations of the run.
     pub fft_pairs: f64,
 }
 
@@ -120,9 +121,9 @@ pub struct Comparison {
 ///
 /// # Errors
 /// Returns [`ReportError::NoReadableRun`] if none of several folders is a run. Returns [`ReportError::Run`] for a
-/// folder that is not a readable run, and [`ReportError::Empty`] for a run without an iteration. `Run` and `Empty`
-/// occur only if the folder is the only path, if nothing exists at the path, or if the system denies reading it.
-/// Returns [`ReportError::Scan`] if the table library fails.
+/// folder that is not a readable run, and [`ReportError::Empty`] for a run without an iteration. Of several paths,
+/// `compare` skips an unreadable folder and returns no error. `compare` returns an error if the path does not exist, or
+/// if the system denies access to the path. Returns [`ReportError::Scan`] if the table library fails.
 pub fn compare(runs: &[PathBuf], rows: Rows) -> Result<Comparison, ReportError> {
     let mut scan = Scan::new(TableName::Summary);
     let (mut states, mut damage) = (Vec::new(), Vec::new());
@@ -256,7 +257,7 @@ impl Comparison {
     /// Returns the values of row `row`, one per column.
     ///
     /// # Panics
-    /// If there is no such row.
+    /// Panics if the comparison has no row `row`.
     pub fn row(&self, row: usize) -> Vec<Cell> {
         self.frame
             .get_columns()

@@ -101,10 +101,10 @@ impl SceneValues {
     }
 }
 
-/// Returns a key and its value in each run.
+/// Returns the key `key` and the value of the key in each run.
 ///
-/// Returns `None` if the users made no difference: all scenes contain the same text, or no scene contains the key and
-/// some run has no value of it.
+/// Returns `None` if all scenes contain the same text for the key. The function returns `None` as well if no scene
+/// contains the key and a run has no value for the key.
 fn row(key: String, scenes: &[SceneValues]) -> Option<Vec<String>> {
     let written: Vec<Option<String>> = scenes.iter().map(|run| run.scene_text(&key)).collect();
     let each: Vec<Option<String>> = scenes

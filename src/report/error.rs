@@ -55,7 +55,7 @@ pub enum ReportError {
         /// The error of the operating system.
         source: std::io::Error,
     },
-    /// The program cannot create its own table.
+    /// The program cannot create a table of the report.
     #[error("cannot make {}: {source}", path.display())]
     Table {
         /// The file.
@@ -79,7 +79,7 @@ impl ReportError {
         }
     }
 
-    /// Returns true for a run that is damaged or has another format, false for one that is absent or empty.
+    /// Returns true if a run is damaged or has another format. Returns false if the run is absent or empty.
     pub fn is_damage_or_mismatch(&self) -> bool {
         match self {
             ReportError::Run { source, .. } => source.is_damage_or_mismatch(),

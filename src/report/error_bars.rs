@@ -29,10 +29,10 @@ pub fn error_bar_of(column: &str) -> Option<&'static str> {
         .map(|(bar, _)| *bar)
 }
 
-/// Percentages below this are shown as a power of ten \[%\].
+/// Percentage below which [`percent`] writes the percentage as a power of ten \[%\].
 const LEAST_DECIMAL: f64 = 1e-4;
 
-/// Formats a relative error in percent, with two digits, or with one if it is very small.
+/// Formats a relative error in percent, with two digits, or with one digit below [`LEAST_DECIMAL`].
 pub fn percent(error: f64) -> String {
     let percent = 100.0 * error;
     if percent > 0.0 && percent < LEAST_DECIMAL {

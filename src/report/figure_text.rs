@@ -1,11 +1,11 @@
-//! Text of a figure: its value with its error bar, an upper bound, or "not known".
+//! Text of a figure. The text is a value with an error bar, an upper bound, or "not known".
 //!
-//! All messages and reports use this one rule.
+//! All messages and reports format figures with the functions of this module.
 
 use super::percent;
 use crate::recipe::Recipe;
 
-/// Rounding errors are below this part of the characteristic size.
+/// Bound of the rounding error of a figure, relative to the characteristic size of the figure.
 const FLOOR: f64 = 1e-9;
 
 /// Returns the bound of rounding errors for values of the given size.
@@ -48,16 +48,19 @@ impl CharacteristicSizes {
     }
 }
 
-/// Relative error bars that mean "unknown", for example of a peak that may not be the largest one.
+/// Range of relative error bars of unknown figures. For example, the amplitude of a peak is unknown if another peak can
+/// be larger.
 ///
-/// The solver sets such a bar to 1, plus the residual of Newton's method or the time-step error, which is 1e-3 at most.
+/// The solver sets the error bar of an unknown figure to 1. The solver adds the residual of Newton's method or the
+/// time-step error, at most 1e-3.
 const NOTHING: std::ops::Range<f64> = 1.0..1.002;
 
-/// Returns an upper bound of the magnitude of a figure that is only known by such a bound.
+/// Returns an upper bound of the magnitude of a figure if only an upper bound is known.
 ///
-/// A figure is only known by a bound if it is below the bound of rounding errors, or if its error bar exceeds 1.
-/// Returns `None` for 0, for a known figure, and for an unknown figure, whose bar is 1. `bar` is relative, `resolution`
-/// is in the unit of the figure.
+/// Only an upper bound is known if the figure is smaller than its rounding error. Only an upper bound is known as well
+/// if the relative error bar exceeds 1. Returns `None` for 0, for a known figure, and for an unknown figure. The error
+/// bar of an unknown figure is 1. `bar` is the relative error bar, and `resolution` is the rounding error in the unit
+/// of the figure.
 pub fn upper_bound(value: f64, bar: f64, resolution: f64) -> Option<f64> {
     let size = value.abs();
     if size == 0.0 {
@@ -69,7 +72,7 @@ pub fn upper_bound(value: f64, bar: f64, resolution: f64) -> Option<f64> {
     }
 }
 
-/// Formats a figure with its error bar. `number` formats a value with its unit.
+/// Formats a figure with the error bar of the figure. The function `number` formats a value with the unit of the value.
 pub fn figure_with_bar(
     value: f64,
     bar: f64,

@@ -111,10 +111,10 @@ fn unworn_contact(study: &ReportedRuns, run: &ReportedRun) -> Option<String> {
     Some(text)
 }
 
-/// Describes the change of the resonance and of its amplitude.
+/// Describes the change of the resonance frequency and of the amplitude at the resonance.
 ///
-/// If the last state has its own response, the resonance and its amplitude come from the first and last such responses.
-/// If the last state has no response of its own, both values come from the vibration that drives the wear. The summary
+/// The resonance and the amplitude come from the forced responses of the first and the last state, if the run computed
+/// both responses. If the run lacks one response, both values come from the vibration that drives the wear. The summary
 /// of that vibration contains the largest amplitude, not the amplitude at the phase resonance.
 fn vibration(study: &ReportedRuns, run: &ReportedRun) -> Result<Vec<String>, ReportError> {
     let state_ends = state_resonances(run)?;
@@ -229,7 +229,8 @@ fn course(
     })
 }
 
-/// Returns the absolute error bar of a column, which bounds a figure that has dropped to zero.
+/// Returns the absolute error bar of a column. If the figure has dropped to zero, the error bar is an upper bound of
+/// the figure.
 fn zero_below(run: &ReportedRun, column: &str) -> Option<f64> {
     let limit = run.column(&format!("error_{column}_absolute"))?;
     limit.last().copied().filter(|limit| *limit > 0.0)
@@ -274,7 +275,8 @@ fn three_digits(count: f64) -> f64 {
 
 /// Describes the first and the last value of a quantity.
 ///
-/// A change within the error bar (of the change itself if that is known, else of the quantity) is marked as such.
+/// The text marks a change that is smaller than the error bar of the change. If the error bar of the change is unknown,
+/// the text uses the error bar of the last value.
 fn change(
     name: &str,
     [first, last]: [f64; 2],

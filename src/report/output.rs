@@ -8,13 +8,13 @@ use std::path::{Path, PathBuf};
 
 use crate::store::{FileSystem, RealFileSystem};
 
-/// Writes a file that the user names. Returns its path if it is a regular file.
+/// Writes a file that the user names. Returns the path of the written file, or `None` for a device, a pipe or a socket.
 ///
-/// A regular file, new or existing, is written by [`replace`]. A symbolic link stays and its target is written. A
-/// device, a pipe or a socket is written directly.
+/// A regular file, new or existing, is written by [`replace`]. If the path is a symbolic link, the function keeps the
+/// link and writes the target of the link. A device, a pipe or a socket is written directly.
 ///
 /// # Errors
-/// Returns errors of the system. A regular file then keeps its former content.
+/// Returns errors of the operating system. After an error, a regular file keeps its former content.
 pub fn write(path: &Path, bytes: &[u8]) -> io::Result<Option<PathBuf>> {
     // Opening the file for writing changes nothing yet. Opening fails for folders and for write-protected files.
     let target = match File::options().write(true).open(path) {
@@ -41,10 +41,11 @@ pub fn write(path: &Path, bytes: &[u8]) -> io::Result<Option<PathBuf>> {
 
 /// Writes a file whose name the program chooses: a draft in the same folder, synced, then renamed.
 ///
-/// A regular file keeps its permissions. A symbolic link is replaced, because the folder may come from a stranger.
+/// If a regular file exists, the new file gets the permissions of the existing file. A symbolic link is replaced,
+/// because the folder may come from a stranger.
 ///
 /// # Errors
-/// Returns errors of the system. The former file is then still there.
+/// Returns errors of the operating system. After an error, the former file still exists.
 pub fn replace(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let draft = folder_of(path).join(format!(".{name}.{}.new", std::process::id()));

@@ -30,10 +30,10 @@ pub struct Report {
 }
 
 impl Report {
-    /// Reads the runs and draws their figures.
+    /// Reads the tables of the runs and draws the figures of the report.
     ///
     /// # Errors
-    /// [`ReportError`] for a table that cannot be read and for a figure that cannot be drawn.
+    /// Returns [`ReportError`] if the program cannot read a table or cannot draw a figure.
     pub fn new(runs: &[RunTables]) -> Result<Report, ReportError> {
         let title_of = |run: &RunTables| match &run.recipe().title {
             Some(title) => title.clone(),
@@ -164,7 +164,7 @@ impl Report {
     /// Writes the page to a file that the user names, as [`output::write`] does.
     ///
     /// # Errors
-    /// [`ReportError::Io`]
+    /// Returns [`ReportError::Io`] if the function cannot write a file.
     pub fn write(&self, path: &Path) -> Result<(), ReportError> {
         let written = output::write(path, self.html().as_bytes());
         written.map(drop).map_err(io_error(path))
@@ -173,16 +173,16 @@ impl Report {
     /// Writes the page, and replaces an existing file. A symbolic link is replaced, not followed.
     ///
     /// # Errors
-    /// [`ReportError::Io`]
+    /// Returns [`ReportError::Io`] if the function cannot write a file.
     pub fn replace(&self, path: &Path) -> Result<(), ReportError> {
         replace(path, self.html().as_bytes()).map_err(io_error(path))
     }
 
-    /// Writes every figure as an SVG of its own, `NAME.svg`, into a folder, which is made. Files that are there are
-    /// replaced.
+    /// Writes each figure into a separate file `NAME.svg` in `folder`. The function creates the folder and overwrites
+    /// existing files.
     ///
     /// # Errors
-    /// [`ReportError::Io`]
+    /// Returns [`ReportError::Io`] if the function cannot write a file.
     pub fn write_svgs(&self, folder: &Path) -> Result<(), ReportError> {
         std::fs::create_dir_all(folder).map_err(|source| ReportError::Io {
             path: folder.to_owned(),

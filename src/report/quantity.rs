@@ -10,7 +10,7 @@ pub struct Unit {
 }
 
 impl Unit {
-    /// Formats a value in this unit with the given number of significant digits, trailing zeros included: 3.50.
+    /// Formats a value in the unit `self` with `significant` digits and keeps trailing zeros, such as 3.50.
     ///
     /// Frequencies have one decimal, because a resonance shifts by less than its third digit.
     pub fn rounded(&self, value: f64, significant: usize) -> String {
@@ -61,7 +61,7 @@ pub const ENERGY: Units = &[
 ];
 /// Area.
 pub const AREA: Units = &[unit("mm²", 1e-6)];
-/// Worn volume. The worn volume has a single unit, because µm³ and mm³ are too far apart to compare by eye.
+/// Worn volume. Every worn volume is shown in mm³, because a reader cannot compare numbers in µm³ and mm³ by eye.
 pub const VOLUME: Units = &[unit("mm³", 1e-9)];
 /// Worn volume per cycle.
 pub const VOLUME_RATE: Units = &[unit("µm³ per cycle", 1e-18), unit("mm³ per cycle", 1e-9)];
@@ -80,7 +80,8 @@ pub const NUMBER: Units = &[unit("", 1.0)];
 /// Angles.
 pub const ANGLE: Units = &[unit("°", std::f64::consts::PI / 180.0)];
 
-/// Smallest value in a unit that is more than 1000 times its smaller neighbour. For other units this is 1.
+/// Smallest value shown in a unit that is more than 1000 times the next smaller unit. The smallest value shown in other
+/// units is 1.
 const LEAST: f64 = 0.1;
 
 /// Selects the unit for values up to `largest`.

@@ -33,7 +33,7 @@ fn units_of(column: &str, unit: &str) -> Option<Units> {
     })
 }
 
-/// Returns the title of a column. Symbols keep their capital letters.
+/// Returns the title of a column. The title keeps the capital letters of symbols in the column name.
 fn title_of(column: &str) -> String {
     match column {
         "max_pressure" => "largest pressure".to_owned(),
@@ -87,7 +87,7 @@ pub fn results(runs: &[RunTables]) -> Result<Section, ReportError> {
             Some((*values.first()?, *values.last()?, bar, resolution))
         });
         let ends: Vec<Option<(f64, f64, f64, f64)>> = ends.collect();
-        // The scene does not include the physics of such a column.
+        // A column belongs to physics outside the scene if its value is zero at the start and at the end of the run.
         let is_absent = |end: &Option<(f64, f64, f64, f64)>| {
             end.is_none_or(|(first, last, _, resolution)| {
                 resolution > 0.0 && first == 0.0 && last == 0.0

@@ -51,8 +51,8 @@ impl RunTables {
     ///
     /// # Errors
     /// Returns [`ReportError::NoReadableRun`] if none of several folders is a run. Returns the errors of
-    /// [`RunTables::open`] if the folder is the only path, if nothing exists at the path, or if the system denies
-    /// reading it.
+    /// [`RunTables::open`] if the user names only one folder. Returns the same errors as [`RunTables::open`] if a path
+    /// does not exist, or if the system denies access to a path.
     pub fn open_all(
         roots: &[PathBuf],
     ) -> Result<(Vec<RunTables>, Vec<SkippedFolder>), ReportError> {
@@ -99,7 +99,7 @@ impl RunTables {
         damage_of(&self.reader)
     }
 
-    /// Returns the stored iterations that verify, ascending. A run has at least one such iteration.
+    /// Returns the stored iterations that verify, ascending. Every run has at least one iteration that verifies.
     pub fn iterations(&self) -> &[u64] {
         &self.iterations
     }
@@ -109,14 +109,14 @@ impl RunTables {
         self.latest
     }
 
-    /// Reads a table of all iterations into one frame. Returns `None` if the run has no such table.
+    /// Reads a table of all iterations into one frame. Returns `None` if the run lacks the table.
     ///
-    /// The columns are [`super::WEAR_ITERATION`], then those of the table. Rows are sorted by iteration. A table with
-    /// one row per iteration includes pruned iterations.
+    /// The frame has the column [`super::WEAR_ITERATION`], then the columns of the table. Rows are sorted by iteration.
+    /// A table with one row per iteration includes pruned iterations.
     ///
     /// # Errors
-    /// Returns [`ReportError::Run`] for a table that cannot be read (or was damaged since the run was opened),
-    /// [`ReportError::Scan`] if the table library fails.
+    /// Returns [`ReportError::Run`] for a table that cannot be read. Returns [`ReportError::Scan`] if the table library
+    /// fails.
     pub fn series(&self, table: TableName) -> Result<Option<DataFrame>, ReportError> {
         let mut scan = Scan::new(table);
         scan.add(0, &self.name, &self.reader)?;
@@ -151,7 +151,7 @@ impl RunTables {
     /// Reads a table of one iteration. Returns `None` if the iteration does not have it.
     ///
     /// # Errors
-    /// Returns [`ReportError::Run`] for an iteration that does not exist and for a table that cannot be read.
+    /// Returns [`ReportError::Run`] if the iteration does not exist, or if the table cannot be read.
     pub fn iteration_table(
         &self,
         wear_iteration: u64,
@@ -197,8 +197,9 @@ impl RunTables {
 
 /// Scans a table of all iterations of several runs into one lazy frame. Returns `None` if no run has the table.
 ///
-/// The columns are [`RUN_INDEX`], [`RUN`] (the name), [`super::WEAR_ITERATION`], then those of the table's schema, null
-/// where a run lacks them. Rows are sorted by run, in the given order, then by iteration.
+/// The frame has the columns [`RUN_INDEX`], [`RUN`] (the name) and [`super::WEAR_ITERATION`], then the columns of the
+/// table's schema. A column is null where a run lacks the column. Rows are sorted by run, in the given order, then by
+/// iteration.
 ///
 /// # Errors
 /// As for [`RunTables::series`].
@@ -220,7 +221,7 @@ pub fn scan_runs(runs: &[RunTables], table: TableName) -> Result<Option<LazyFram
         })
 }
 
-/// Returns the values of a column of numbers or flags (1 for true). Returns `None` if the frame has no such column. A
+/// Returns the values of a column of numbers or flags (1 for true). Returns `None` if the frame lacks the column. A
 /// null is NaN.
 pub fn numeric_column(frame: &DataFrame, column: &str) -> Option<Vec<f64>> {
     let column = frame.column(column).ok()?;
@@ -234,7 +235,7 @@ pub fn numeric_column(frame: &DataFrame, column: &str) -> Option<Vec<f64>> {
     )
 }
 
-/// Returns the values of a column of texts. Returns `None` if the frame has no such column.
+/// Returns the values of a column of texts. Returns `None` if the frame lacks the column.
 pub fn text_column(frame: &DataFrame, column: &str) -> Option<Vec<String>> {
     let texts = frame.column(column).ok()?.str().ok()?;
     Some(
@@ -267,7 +268,7 @@ pub(super) fn damage_of(reader: &RunReader) -> Vec<Damage> {
     reports.flat_map(|report| report.damage.clone()).collect()
 }
 
-/// Returns the last component of a path, also for `.` and `..`.
+/// Returns the last component of a path. For `.` and `..`, returns the name of the folder.
 fn name_of(root: &Path) -> String {
     let last_component = |path: &Path| Some(path.file_name()?.to_string_lossy().into_owned());
     let absolute = || last_component(&std::fs::canonicalize(root).ok()?);

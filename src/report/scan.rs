@@ -36,12 +36,12 @@ impl Scan {
 
     /// Adds the iterations of a run that have the table, under a name and an index of the run.
     ///
-    /// A table with one row per iteration includes pruned iterations. A damaged table outside the chain of commits
-    /// (such as `timing`) is skipped.
+    /// A table with one row per iteration includes pruned iterations. The function skips a damaged table if no result
+    /// depends on the table (such as `timing`).
     ///
     /// # Errors
-    /// Returns [`ReportError::Run`] for a table that cannot be read (for example because it was damaged since the run
-    /// was opened), [`ReportError::Scan`] if the table library fails.
+    /// Returns [`ReportError::Run`] for a table that cannot be read. Returns [`ReportError::Scan`] if the table library
+    /// fails.
     pub fn add(&mut self, order: usize, name: &str, reader: &RunReader) -> Result<(), ReportError> {
         let run = reader.path();
         let run_error = |source| ReportError::Run {

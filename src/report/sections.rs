@@ -50,7 +50,7 @@ fn ledger(runs: &[RunTables]) -> Result<Option<Section>, ReportError> {
             };
             for ((name, fine), dynamic) in names.iter().zip(fine).zip(dynamic) {
                 let difference = 100.0 * (dynamic / fine - 1.0);
-                // A difference of this size is a rounding error.
+                // A difference below `LEAST` is a rounding error.
                 let difference = if difference.abs() < LEAST {
                     0.0
                 } else {

@@ -19,7 +19,8 @@ impl SkippedFolder {
         &self.path
     }
 
-    /// Returns true for a run that is damaged or has another format, false for a folder that is not a run.
+    /// Returns true if the skipped folder is a run that is damaged or has another format. Returns false if the skipped
+    /// folder is not a run.
     pub fn is_damage_or_mismatch(&self) -> bool {
         self.error.is_damage_or_mismatch()
     }
@@ -60,12 +61,12 @@ fn is_no_folder(error: &ReportError) -> bool {
 
 /// Opens each of several runs, and skips folders that are not runs.
 ///
-/// An only path is never skipped, because the user asked for it. A path at which nothing exists is misspelt, because
-/// `runs/*` yields existing paths. Both are errors.
+/// If `runs` has a single path, the function never skips the path, because the user asked for the path. A path at which
+/// nothing exists is misspelt, because `runs/*` yields existing paths. The function does not skip a misspelt path.
 ///
 /// # Errors
-/// Errors of `open` for such a path, or if the system denies reading a run. [`ReportError::NoReadableRun`] if all paths are
-/// skipped.
+/// Returns the error of `open` for a single path, for a misspelt path, or if the system denies reading a run. Returns
+/// [`ReportError::NoReadableRun`] if the function skips all paths.
 pub fn open_each<T>(
     runs: &[PathBuf],
     mut open: impl FnMut(&Path) -> Result<T, ReportError>,

@@ -1,6 +1,6 @@
 //! Template of all pages.
 //!
-//! Templates escape all text. [`Page::html`] also makes control characters of the whole page visible.
+//! Templates escape all text. [`Page::html`] makes the control characters of the whole page visible.
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
@@ -25,8 +25,8 @@ pub struct Section {
 pub struct Warning {
     /// Text of the warning.
     pub text: String,
-    /// Anchors of the figures and sections that the warning concerns. The page shows the warning at the first of these
-    /// anchors on the page, or on top if the page has none of the anchors.
+    /// Anchors of the figures and sections that the warning concerns. The page shows the warning at the first anchor in
+    /// `places` that the page has. A page without the anchors shows the warning on top.
     pub places: &'static [&'static str],
 }
 

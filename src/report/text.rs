@@ -5,7 +5,8 @@ use std::path::Path;
 /// Cell of a value that is absent or unknown.
 pub const NONE: &str = "–";
 
-/// Returns true for a character that a terminal obeys: controls, and marks that change the direction of text.
+/// Returns true if a character can control a terminal. Control characters and marks that change the direction of text
+/// can control a terminal.
 pub fn is_control(c: char) -> bool {
     c.is_control() || matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
@@ -36,8 +37,8 @@ pub fn one_line(text: &str) -> String {
     escape_controls(text).replace('\n', " ")
 }
 
-/// Returns text on one line for Markdown, with escaped tags, links, images and code. Apply [`cell`] too for a cell of a
-/// table.
+/// Returns `text` as one line of Markdown, and escapes tags, links, images and code. The caller applies [`cell`] to the
+/// result for a cell of a table.
 pub fn markdown(text: &str) -> String {
     let mut plain = String::with_capacity(text.len());
     for c in one_line(text).chars() {

@@ -30,7 +30,8 @@ const SUBJECTS: [(&str, &[&str]); 15] = [
     ("material.", &["fig-stiffness", "fig-pressure", "results"]),
     ("motion.", &["fig-hysteresis-loops", "results"]),
     ("dynamics.", VIBRATION),
-    // The key `structure` also covers warnings about the matrices of an imported structure.
+    // The prefix `structure` matches warnings about keys of `[structure]` and about the matrices of an imported
+    // structure.
     ("structure", VIBRATION),
     // A warning about an explicit step beyond its stability limit.
     ("wear.depth_step = ", &["fig-contact-area", "results"]),

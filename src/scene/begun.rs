@@ -1,5 +1,5 @@
-//! Accuracy settings at the start of a run. A resumed run keeps them where its scene does not set them, because
-//! defaults change between versions.
+//! Accuracy settings at the start of a run. A resumed run keeps the accuracy settings that the scene does not set,
+//! because default settings change between versions.
 
 use serde_json::Value;
 
@@ -9,9 +9,9 @@ use super::keys::fidelity::{ASKED, PRESET, WEAR_TOLERANCE};
 use crate::json::{as_read, differences};
 
 impl Scene {
-    /// Returns the accuracy keys that this scene does not set and whose values at the start of the run were different,
-    /// as `key=value`. `begun` is the canonical scene at that start. Returns nothing if another preset or tolerance is
-    /// now requested, because that changes many keys on purpose.
+    /// Returns the accuracy keys whose values changed since the start of the run, as `key=value`. The function omits
+    /// keys that the scene sets. The argument `begun` is the canonical scene at the start of the run. Returns nothing
+    /// if the scene now requests another preset or tolerance, because another preset changes many keys on purpose.
     pub fn accuracy_changed_since(&self, begun: &Value) -> Vec<String> {
         let changes = differences(begun, &as_read(&self.canonical()));
         let keys_changing_others = [PRESET.name, ASKED.name];

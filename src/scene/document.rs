@@ -20,7 +20,7 @@ const LONGEST_SCENE: u64 = 16 << 20;
 /// Most names in the key of a `--set`: as many as TOML allows, because merging trees is recursive.
 const DEEPEST_KEY: usize = 80;
 
-/// Numbers from this size on are shown in scientific notation.
+/// Messages show numbers from 1e21 on in scientific notation.
 const LARGEST_SHOWN: f64 = 1e21;
 
 /// A section or value, and the place where it was written.
@@ -51,7 +51,7 @@ impl Node {
         }
     }
 
-    /// The node at a dotted key below this one.
+    /// Returns the node at a dotted key in the tree `self`.
     pub fn get(&self, key: &str) -> Option<&Node> {
         key.split('.')
             .try_fold(self, |node, name| match &node.content {
@@ -76,7 +76,7 @@ impl Node {
         tables.filter(|tables| !tables.is_empty())
     }
 
-    /// Returns a tree with this node below the given names.
+    /// Returns a tree that contains the node `self` below the sections `names`.
     pub fn nested_under(self, names: &[&str]) -> Node {
         let place = Rc::clone(&self.place);
         names.iter().rev().fold(self, |node, name| {
@@ -118,7 +118,8 @@ impl Node {
         }
     }
 
-    /// Overlays `over` on this tree, and removes keys that it makes meaningless.
+    /// Overlays the tree `over` on the tree `self`. The function removes the keys of `self` that become meaningless by
+    /// the keys of `over`.
     fn overlay(&mut self, over: Node) -> Result<(), SceneError> {
         let key = keys::dynamics::FORCE.name;
         let list = self.get(key).and_then(Node::tables);
@@ -148,9 +149,10 @@ impl Node {
         Ok(())
     }
 
-    /// Merges `over` into this tree. A section keeps the place where it first appeared. With `drop_rivals`, keys that
-    /// `over` makes meaningless are removed: keys of the other kinds if `over` changes the kind of a section, and the
-    /// other alternatives of a motion or an update.
+    /// Merges the tree `over` into the tree `self`. A section keeps the place where it first appeared. With
+    /// `drop_rivals`, the function removes the keys of `self` that become meaningless by the keys of `over`. If `over`
+    /// changes the kind of a section, the keys of other kinds are meaningless. If `over` gives one of the
+    /// [`keys::ALTERNATIVES`] of a section, the other alternatives are meaningless.
     fn merge(&mut self, over: Node, drop_rivals: bool) {
         if drop_rivals {
             self.drop_rivals(&over);
@@ -279,15 +281,15 @@ fn absolute(path: &Path) -> PathBuf {
     std::path::absolute(path).unwrap_or_else(|_| path.to_owned())
 }
 
-/// Reads a scene file and its base files, and applies `sets` (`key=value` each).
+/// Reads a scene file and the base files of the scene file, and applies `sets` (`key=value` each).
 pub(super) fn read(path: &Path, sets: &[String]) -> Result<Node, SceneError> {
     let text = files::read_text(path, LONGEST_SCENE)
         .map_err(|e| SceneError::new(&file(path), Problem::Read(e)))?;
     read_text(path, &text, sets)
 }
 
-/// As [`read`], for the text of the scene that a run stores at `path`. The text is complete. Following a `base` in it
-/// would read files that a stranger chose.
+/// As [`read`], for the text of the scene that a run stores at `path`. The text is complete. The function rejects a
+/// `base` in the stored text, because a stranger may have chosen the file that `base` names.
 pub(super) fn read_kept(path: &Path, text: &str, sets: &[String]) -> Result<Node, SceneError> {
     let tree = parse_file(path, text)?;
     if let Content::Section(entries) = &tree.content
@@ -351,8 +353,8 @@ fn read_text(path: &Path, text: &str, sets: &[String]) -> Result<Node, SceneErro
     Ok(tree)
 }
 
-/// A file in a chain of bases: its path for display and its canonical path, because two spellings may mean the same
-/// file.
+/// A file in a chain of bases, with a path for display and a canonical path. The program compares canonical paths,
+/// because two different paths can name the same file.
 struct Link {
     path: PathBuf,
     identity: PathBuf,
@@ -367,7 +369,8 @@ impl Link {
     }
 }
 
-/// Reads a file and overlays it on its base, if it has one. `chain` contains the files that led here.
+/// Reads a scene file, and overlays the scene file on the base that the file names, if any. The argument `chain`
+/// contains the scene files whose bases led to `path`.
 fn read_layers(path: &Path, text: &str, chain: &mut Vec<Link>) -> Result<Node, SceneError> {
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut own = parse_file(path, text)?;

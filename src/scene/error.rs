@@ -32,7 +32,7 @@ impl fmt::Display for Place {
     }
 }
 
-/// Error of an unusable scene: its first fault with its place, and all further faults.
+/// Error of an unusable scene: the first fault of the scene, the place of the first fault, and all further faults.
 #[derive(Debug, thiserror::Error)]
 #[error("{place}: {problem}{}", others(.also))]
 pub struct SceneError {
@@ -40,7 +40,7 @@ pub struct SceneError {
     pub place: Place,
     /// The fault, boxed to keep results small.
     pub problem: Box<Problem>,
-    /// Further faults of the scene, in the order of their lines. Each further fault has an empty `also`.
+    /// Further faults of the scene, in the order of their lines. The field `also` of each further fault is empty.
     pub also: Vec<SceneError>,
 }
 
@@ -88,7 +88,7 @@ pub enum Problem {
     /// A `--set` that is not `key=value`.
     #[error("is not key=value with a dotted key, such as --set wear.cycles=1e6")]
     SetSyntax,
-    /// A `--set` whose key has too many names.
+    /// A `--set` whose dotted key has more names than the limit.
     #[error(
         "has a key of {names} names; use at most {limit}, as in --set joint.hole.diameter=\"11 mm\""
     )]
@@ -125,7 +125,7 @@ pub enum Problem {
         value: String,
         /// The most similar known key.
         nearest: Option<String>,
-        /// The known keys of its section.
+        /// The known keys of the section that contains the unknown key.
         siblings: Vec<String>,
     },
     /// A key of former versions.
@@ -155,10 +155,10 @@ pub enum Problem {
         /// The keys of that kind.
         keys: Vec<String>,
     },
-    /// A key or value that this version does not support yet.
+    /// A key or value that the program does not support yet.
     #[error("{key} is not available in this version: {instead}")]
     Unavailable {
-        /// The key, with its value if only the value is unsupported.
+        /// The unsupported key. If only a value of the key is unsupported, the text contains key and value.
         key: String,
         /// The alternative.
         instead: &'static str,
@@ -168,9 +168,9 @@ pub enum Problem {
     Missing {
         /// The key.
         key: String,
-        /// The section it belongs to.
+        /// The section of the missing key.
         section: String,
-        /// A line that would fix it.
+        /// An example line that gives the missing key.
         example: String,
     },
     /// A missing required section.
@@ -180,7 +180,7 @@ pub enum Problem {
         section: &'static str,
         /// The purpose of the section.
         purpose: &'static str,
-        /// Lines that would fix it.
+        /// Example lines that give the missing section.
         example: String,
     },
     /// A value of the wrong type.
@@ -211,7 +211,7 @@ pub enum Problem {
         /// The error of the unit.
         source: UnitError,
     },
-    /// A value outside its range.
+    /// A value outside the range of the key.
     #[error("{key} = {value}: must be {expected}")]
     Range {
         /// The key.

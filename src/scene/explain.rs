@@ -20,12 +20,12 @@ pub struct KeyDescription {
     pub kind: String,
     /// The default value.
     pub default: String,
-    /// An example line for its section.
+    /// An example line that gives the key in the section of the key.
     pub example: String,
     /// The words to choose from, for a key with choices.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub choices: Vec<Choice>,
-    /// The kinds of its section that have the key, if not all.
+    /// The kinds of the section that have the key. The list is empty if all kinds have the key.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub only: Vec<String>,
     /// The alternative keys, of which a scene gives only one.
@@ -139,7 +139,7 @@ fn section(name: &str) -> SectionAbout {
     }
 }
 
-/// Returns the meaning of a section, also of a section that is itself a key.
+/// Returns the meaning of a section. For a section that is itself a key, returns the meaning of the key.
 fn meaning(section: &str) -> String {
     match (keys::about_section(section), keys::find(section)) {
         (None, Some(key)) => key.doc(),
@@ -164,7 +164,7 @@ pub struct UnknownKey {
     pub name: String,
     /// The most similar key.
     pub nearest: Option<String>,
-    /// The known keys of its section.
+    /// The known keys of the section that contains the unknown name.
     pub known: Vec<String>,
     /// True if former versions had the key.
     pub is_former: bool,
@@ -200,8 +200,8 @@ pub fn explain(name: &str) -> Result<About, UnknownKey> {
     }
 }
 
-/// Returns a JSON Schema for scene files. Each file is checked on its own, so no key is required: its `base` may give
-/// it.
+/// Returns a JSON Schema for scene files. An editor checks each file alone. The schema requires no key, because the
+/// `base` of a file may give a missing key.
 pub fn json_schema() -> Value {
     let mut schema = table("");
     let base = &keys::joint::file::BASE;

@@ -39,8 +39,8 @@ impl Faults {
         }
     }
 
-    /// Returns the faults as one error for the user: only the first fault of each key, sorted by line, without faults
-    /// that follow from others. Returns `Ok` without faults.
+    /// Returns the faults as one error, sorted by line. The error contains only the first fault of each key, and omits
+    /// faults that result from other faults. Returns `Ok` without faults.
     pub fn end_sorted(mut self) -> Result<(), SceneError> {
         let blamed_names: Vec<String> = self.0.iter().filter_map(blamed_name).collect();
         self.0.retain(|fault| !is_consequence(fault, &blamed_names));
@@ -57,8 +57,8 @@ impl Faults {
     }
 }
 
-/// Returns the name that is missing only because of this fault: the key that a misspelt one was meant to be, or a
-/// section with a wrong value.
+/// Returns the name of a key or section that is missing only because of `fault`. For a misspelt key, the name is the
+/// key that the user meant. For a section with a wrong value, the name is the section.
 fn blamed_name(fault: &SceneError) -> Option<String> {
     match fault.problem.as_ref() {
         Problem::UnknownKey { nearest, .. } => nearest.clone(),
@@ -89,7 +89,7 @@ fn rank(fault: &SceneError) -> (bool, String, usize) {
     }
 }
 
-/// Combines several results: all their values, or the faults of all of them.
+/// Combines several results: returns the values of all results, or the faults of all failed results.
 pub trait All {
     /// The tuple of values.
     type Values;

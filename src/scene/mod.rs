@@ -1,7 +1,8 @@
 //! The scene: the TOML of a user, resolved to SI with all defaults.
 //!
-//! [`load`] reads a file, its base files and the `--set` options of the command line, rejects unknown keys, and returns
-//! a [`Scene`]. A scene states what is wanted. [`Plan`] decides how to compute it.
+//! [`load`] reads a scene file and its base files. [`load`] then applies the `--set` options of the command line.
+//! [`load`] rejects unknown keys, and returns a [`Scene`]. A scene states the requested results. A [`Plan`] decides how
+//! the program computes the results.
 //!
 //! ```
 //! use std::path::Path;
@@ -187,7 +188,7 @@ pub enum Motion {
 /// `[fidelity]`
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fidelity {
-    /// The preset from which the other values take their defaults.
+    /// Preset that determines the defaults of the other fields of [`Fidelity`].
     pub preset: Preset,
     /// Bound on the error of the worn volume from which the settings were chosen, in place of the preset.
     pub tolerance: Option<f64>,
@@ -197,12 +198,12 @@ pub struct Fidelity {
     pub steps_per_cycle: usize,
     /// Tolerances at which contact solves and cycles end.
     pub tolerances: Tolerances,
-    /// True if a stepped cycle uses steps of second order and is extrapolated to step length zero, from a second cycle
-    /// with half as many steps.
+    /// True if the program extrapolates a stepped cycle to step length zero. The extrapolation uses steps of second
+    /// order and a second cycle with half as many steps.
     pub cycle_extrapolation: bool,
     /// Number of load steps for bodies of different materials, which slip while the load rises.
     pub load_steps: usize,
-    /// True if the scene is also run on half the grid.
+    /// True if the program runs the scene on joint.grid and on half of joint.grid.
     pub grid_check: bool,
 }
 
@@ -222,21 +223,23 @@ pub enum Preset {
 
 /// Reads the scene in the file at `path` and applies `sets` (`key=value` each).
 ///
-/// Paths in a file are relative to that file. Paths in `sets` are relative to the working folder.
+/// Paths in a scene file are relative to the folder of the scene file. Paths in `sets` are relative to the working
+/// folder.
 ///
 /// # Errors
-/// [`SceneError`] with all faults of the scene: a file that cannot be read, unknown, missing or contradictory keys, and
-/// values of the wrong type, dimension or range. Consequences of a fault are not reported.
+/// [`SceneError`] with all faults of the scene: an unreadable file, faulty keys and faulty values. A faulty key is
+/// unknown, missing or in conflict with another key. A faulty value has the wrong type or dimension, or is out of
+/// range. Consequences of a fault are not reported.
 pub fn load(path: &Path, sets: &[String]) -> Result<Scene, SceneError> {
     resolve::scene(&document::read(path, sets)?, name_of(path))
 }
 
 /// Returns the document of the file at `path` as TOML, with its bases and `sets` applied and with absolute paths.
-/// [`load_kept`] can read the text, also with further `sets`. The function does not check whether the document is a
-/// valid scene.
+/// [`load_kept`] reads the returned text, and can apply further `sets` to the text. The function does not check whether
+/// the document is a valid scene.
 ///
 /// # Errors
-/// [`SceneError`] for a file that cannot be read or is not TOML, and for a set that is not `key=value`.
+/// [`SceneError`] if the file cannot be read, if the file is not TOML, or if a set is not `key=value`.
 pub fn text_of(path: &Path, sets: &[String]) -> Result<String, SceneError> {
     Ok(document::read(path, sets)?.to_table().to_string())
 }
@@ -246,8 +249,8 @@ pub fn is_path(key: &str) -> bool {
     keys::find(key).is_some_and(|key| key.value.value_form().is_path)
 }
 
-/// As [`load`], but reads the text of a scene that a run stores. `path` is the path of its file, which need not exist.
-/// The text must not have a `base`.
+/// As [`load`], but reads the text of a scene that a run stores. The argument `path` is the path of the stored scene
+/// file. The scene file need not exist. The text must not have a `base`.
 ///
 /// # Errors
 /// As for [`load`].
@@ -255,8 +258,8 @@ pub fn load_kept(path: &Path, text: &str, sets: &[String]) -> Result<Scene, Scen
     resolve::scene(&document::read_kept(path, text, sets)?, name_of(path))
 }
 
-/// Returns the text of the scene file at `path`, with its comments, for display. The texts of its base files and `sets`
-/// follow as TOML comments. The result is TOML, but loading it gives the scene only if there are no bases and no
+/// Returns the text of the scene file at `path`, with its comments, for display. The texts of the base files and the
+/// `sets` follow as TOML comments. The result is TOML, but loading it gives the scene only if there are no bases and no
 /// `sets`.
 ///
 /// # Errors
@@ -271,12 +274,14 @@ fn name_of(path: &Path) -> String {
 }
 
 impl Scene {
-    /// The document with its bases and `--set` applied and with absolute paths. Loading it again gives this scene.
+    /// Returns the document of the scene after applying base files and `--set` options, with absolute paths. Loading
+    /// the document gives an equal scene.
     pub fn document(&self) -> &toml::Table {
         &self.document
     }
 
-    /// The value of a key such as `wear.tolerance` in the document; `None` if the key has its default.
+    /// Returns the value of a key such as `wear.tolerance` in the document. Returns `None` if the document does not
+    /// give the key.
     fn given_value(&self, key: &str) -> Option<&toml::Value> {
         let (section, name) = key.split_once('.')?;
         self.document.get(section)?.get(name)
@@ -287,11 +292,11 @@ impl Scene {
         self.document.to_string()
     }
 
-    /// The values of the keys as they were read, in SI, as nested objects with sorted keys. Hashes of the scene are
-    /// made from this value.
+    /// The values of the keys as they were read, in SI, as nested objects with sorted keys. The hash of a scene is a
+    /// hash of the canonical value.
     ///
-    /// Scenes that differ only in their units are equal here. Title, name and paths are omitted, because they do not
-    /// affect results. The contents of files must be hashed separately.
+    /// Two scenes that differ only in the units of values have equal canonical values. Title, name and paths are
+    /// omitted, because they do not affect results. The contents of files must be hashed separately.
     pub fn canonical(&self) -> serde_json::Value {
         self.canonical.clone()
     }
@@ -338,7 +343,8 @@ pub struct RoughJoint<'a> {
 }
 
 impl Contact {
-    /// Static load that presses the bodies together \[N\]; 0 if the approach is given instead.
+    /// Returns the static load that presses the bodies together \[N\]. Returns 0 if the scene gives contact.approach in
+    /// place of a load.
     pub fn normal_load(&self) -> f64 {
         match (&self.conditions, self.elements) {
             (Some(conditions), _) => conditions.normal_load,
@@ -349,7 +355,8 @@ impl Contact {
 }
 
 impl RoughJoint<'_> {
-    /// The grid, and the cells that belong to the joint. With a structure these are the cells of its contact elements.
+    /// Returns the grid and the cells that belong to the joint. If the scene has a structure, the contact elements of
+    /// the structure determine the cells of the joint.
     pub fn patch(&self) -> Patch {
         match (self.elements(), self.joint.hole) {
             (Some(Ok(elements)), _) => elements.patch().clone(),
@@ -358,7 +365,8 @@ impl RoughJoint<'_> {
         }
     }
 
-    /// The contact elements of the structure on this grid, if there is a structure and its contact positions are known.
+    /// Returns the contact elements of the structure on the grid of the joint. Returns `None` if the scene has no
+    /// structure, or if the contact positions of the structure are unknown.
     ///
     /// # Errors
     /// [`ModelUpdateError`] if the grid is coarser than the elements.

@@ -5,8 +5,8 @@ use toml::{Table, Value};
 use super::Scene;
 
 impl Scene {
-    /// Returns the text of this scene with other keys in `[structure]`, and with each point replaced by the nodes that
-    /// `point` returns for it.
+    /// Returns the text of the scene `self` with `keys` in place of the keys in `[structure]`. The function replaces
+    /// each point of the scene by the nodes that `point` returns for the name of the point.
     pub fn reading_matrices(
         &self,
         keys: impl IntoIterator<Item = (&'static str, &'static str)>,

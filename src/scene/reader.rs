@@ -39,8 +39,8 @@ pub(super) struct Reader<'a> {
     pub root: &'a Node,
     /// The values that were read.
     pub record: Record,
-    /// If the tree contains one table of a list in place of the list: the list and the number of the table, for error
-    /// messages.
+    /// Name of a list and number of a table in the list, for error messages. `None` if the tree contains the whole
+    /// list.
     item: Option<(&'static str, usize)>,
 }
 
@@ -169,22 +169,24 @@ impl<'a> Reader<'a> {
             .ok_or_else(|| self.missing(key, ""))
     }
 
-    /// Returns the numbers of a key whose value may also be a path, if it is given, without recording them.
+    /// Returns the numbers of a key whose value is a list of numbers or a path. Returns `None` if the scene does not
+    /// give the key. Does not record the numbers.
     pub fn list(&self, key: &Key<ListOrPath<3>>) -> Result<Option<[f64; 3]>> {
         self.has(key)
             .then(|| key.value.0.read(&self.given(key)))
             .transpose()
     }
 
-    /// Returns the path of a key whose value may also be numbers, if it is given.
+    /// Returns the path of a key whose value is a path or a list of numbers. Returns `None` if the scene does not give
+    /// the key.
     pub fn path(&self, key: &Key<ListOrPath<3>>) -> Result<Option<PathBuf>> {
         self.has(key)
             .then(|| key.value.1.read(&self.given(key)))
             .transpose()
     }
 
-    /// Returns the tables of a key whose value may also be a single table. The inner `Option` is `None` for a single
-    /// table, the outer one if the key is not given.
+    /// Returns the tables of a key whose value is a list of tables or a single table. The inner `Option` is `None` for
+    /// a single table. The outer `Option` is `None` if the scene does not give the key.
     pub fn tables(&self, key: &Key<Tables>) -> Result<Option<Option<Vec<Node>>>> {
         self.has(key)
             .then(|| key.value.list(&self.given(key)))
@@ -297,7 +299,7 @@ impl<'a> Reader<'a> {
         faults.into_result()
     }
 
-    /// Rejects words that this version does not support yet.
+    /// Rejects a value of a key if `words` contains the value. The program does not support the values in `words` yet.
     pub fn refuse_words(
         &self,
         key: impl Named,

@@ -7,7 +7,8 @@ use serde_json::{Map, Value, json};
 use super::keys;
 use crate::json;
 
-/// The record contains null for each of these sections if the program read no key of the section.
+/// Optional sections of a scene. The record contains null for an optional section if the program read no key of the
+/// section.
 const OPTIONAL: [&str; 9] = [
     "contact",
     "dynamics",
@@ -20,8 +21,9 @@ const OPTIONAL: [&str; 9] = [
     "wear",
 ];
 
-/// Keys of the resonator that follow from other sections. The record contains these keys so that `structure` is
-/// complete. A comparison of scenes does not count these keys as separate differences.
+/// Keys of the resonator that follow from other sections. The record contains the keys in `FOLLOWING_KEYS` so that the
+/// section `structure` is complete. A comparison of scenes does not count the keys in `FOLLOWING_KEYS` as separate
+/// differences.
 pub const FOLLOWING_KEYS: [&str; 5] = [
     "structure.lap_length",
     "structure.arm_height",
@@ -37,7 +39,7 @@ pub fn is_relevant(canonical: &Value, key: &str) -> bool {
     keys::find(key).is_none_or(|key| key.with.iter().all(is_there))
 }
 
-/// Values by their keys, with nested sections.
+/// Recorded values of a scene by key, as a tree of nested sections.
 #[derive(Debug, Default)]
 pub struct Record(RefCell<Map<String, Value>>);
 
@@ -65,7 +67,7 @@ impl Record {
         part.cloned().unwrap_or_default()
     }
 
-    /// Returns all recorded values with sorted keys. Hashes of the scene are made from this value.
+    /// Returns all recorded values with sorted keys. The hash of a scene is a hash of the returned value.
     pub fn canonical(&self) -> Value {
         let mut sections = self.0.borrow().clone();
         for name in OPTIONAL {

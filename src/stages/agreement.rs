@@ -1,6 +1,7 @@
-//! Agreement of the fine contact and the contact elements on a response. The contact elements get the laws that the
-//! fine contact has under the motion of the response, until loads, force and energy agree. The comparison first uses
-//! a cycle between the ends of the motion. If the cycles are stepped, it then uses the whole cycle.
+//! Agreement of the fine contact and the contact elements on a response. The stage computes the laws of the fine
+//! contact under the motion of the response, and assigns the laws to the contact elements. The stage repeats the
+//! computation and the assignment until loads, force and energy agree. The comparison first uses a cycle between the
+//! ends of the motion. If the scene steps the cycles, the comparison then uses the whole cycle.
 
 use super::RunError;
 use super::computed_motion::{ElementMotion, set_motion, set_motion_between_ends};
@@ -20,14 +21,14 @@ use crate::tables::TableName;
 use crate::wear::cycle::March;
 use crate::wear::implicit::EndCycle;
 
-/// Tolerance of force and energy, relative to the larger value. The stage does not change the laws if the difference is
-/// below this tolerance.
+/// Tolerance of force and energy, relative to the larger value. The stage does not change the laws of the elements if
+/// the differences of force and energy are below `TOLERANCE`.
 const TOLERANCE: f64 = 0.01;
 /// Tolerance of the loads at the ends of the motion, per element, weighted by the work of friction. The tolerance of
-/// the loads is looser than [`TOLERANCE`]: loads vary by only 10 to 20 %, so the loads change only part of the work of
-/// friction.
+/// the loads is looser than [`TOLERANCE`], because loads vary by only 10 to 20 %. The loads change only part of the
+/// work of friction.
 const AGREED_LOADS: f64 = 0.02;
-/// Another round follows only if a round reduces the difference by at least this factor.
+/// A further round follows only if the last round reduces the difference to at most 0.7 of the previous difference.
 const LEAST_REDUCTION: f64 = 0.7;
 /// Options of the solves for the loads at the ends of a motion. The comparison needs an accuracy of about 1 %.
 const LOAD_OPTIONS: NormalOptions = NormalOptions {
@@ -36,14 +37,15 @@ const LOAD_OPTIONS: NormalOptions = NormalOptions {
 };
 /// Largest number of rounds, each with new laws.
 const ROUNDS: usize = 3;
-/// Tolerance of a whole cycle, in parts of the error bar of its steps, since the cycle is not known better.
+/// Tolerance of a whole cycle, as a fraction of the error bar of the time steps. The time steps limit the accuracy of
+/// the cycle.
 const CYCLE_TOLERANCE: f64 = 0.5;
-/// Samples of the cycles of the elements for the comparison with a stepped cycle, and number of samples at which
-/// loads are compared.
+/// Number of samples per cycle of the elements, for the comparison with a stepped cycle. [`INSTANTS`] is the number of
+/// samples at which the stage compares loads.
 const SAMPLES: usize = 128;
 const INSTANTS: usize = 8;
-/// Friction energy below this part of the exciter's energy is not compared, since it consists of rounding errors if
-/// the joint almost sticks.
+/// The comparison omits a friction energy below 1e-3 of the energy of the exciter. If the joint almost sticks, the
+/// friction energy consists of rounding errors.
 const LEAST_FRICTION: f64 = 1e-3;
 
 /// Tables of the fine contact that the stage of the response reads for the comparison.
@@ -55,19 +57,19 @@ pub const TABLES: [TableName; 5] = [
     TableName::ContactField,
 ];
 
-/// A response with its contact elements.
+/// Response of the joint, and the contact elements with which the solver computed the response.
 pub struct AgreedResponse<'a> {
     /// The response.
     pub resolved: ResolvedResonance<'a>,
     /// Parameters of the contact elements.
     pub parameters: ElementParameters,
-    /// Energy of a stepped cycle over the energy of a reversal cycle. This energy ratio corrects the friction of the
-    /// elements.
+    /// Energy of a stepped cycle, divided by the energy of a reversal cycle. The ratio of both energies corrects the
+    /// friction of the contact elements.
     pub stepped_part: f64,
 }
 
-/// Comparison of the fine contact and the elements between the ends of a response, under the loads at rest, and of
-/// the variation of the loads.
+/// Comparison of the fine contact with the elements, for a motion between the ends of a response. The comparison uses
+/// the loads at rest, and compares the variation of the loads.
 struct BetweenEnds {
     /// Largest difference of force, energy and loads between the fine contact and the elements, relative to the
     /// tolerance of each.
@@ -78,8 +80,8 @@ struct BetweenEnds {
     loading: Option<Loading>,
 }
 
-/// Iterates the elements and their response until the fine contact agrees. Elements that share one law are not
-/// changed. The ledger reports the remaining difference.
+/// Iterates the laws of the contact elements and the response of the joint until the elements agree with the fine
+/// contact. The function does not change elements that share one law. The ledger reports the remaining difference.
 ///
 /// # Errors
 /// Errors of the contact solves and of the response.
@@ -101,10 +103,10 @@ pub fn agree<'a>(
     Ok(best)
 }
 
-/// Returns the laws of the elements under the previous motion, extrapolated to a `compliance` of the fine contact.
-/// The next response is close to this motion, so its elements nearly agree from the start. The friction of the
-/// elements is corrected by `stepped_part`. Returns `parameters` unchanged if the fine contact has no cycle under
-/// this motion.
+/// Returns the laws of the elements under the previous motion, extrapolated to a `compliance` of the fine contact. The
+/// next response is close to the extrapolated motion, so the returned laws nearly agree with the fine contact. The
+/// factor `stepped_part` corrects the friction of the elements. Returns `parameters` unchanged if the solver finds no
+/// cycle of the fine contact under the extrapolated motion.
 ///
 /// # Errors
 /// Errors of the contact solves.
@@ -134,10 +136,12 @@ trait Comparison: Sized {
         current: &AgreedResponse<'_>,
     ) -> Result<Option<Self>, RunError>;
 
-    /// Returns the largest difference from the elements, relative to its tolerance.
+    /// Returns the largest difference between the fine contact and the elements, relative to the tolerance of the
+    /// difference.
     fn gap(&self) -> f64;
 
-    /// Returns the laws with which the elements of this response would agree.
+    /// Corrects the laws of the response `current` such that the contact elements agree with the fine contact. Returns
+    /// the corrected laws.
     fn laws(
         &self,
         reads: &StageInputs,
@@ -146,8 +150,8 @@ trait Comparison: Sized {
     ) -> Result<ElementParameters, RunError>;
 }
 
-/// Alternates between new laws and new responses as long as the agreement improves. Returns the last response and its
-/// comparison.
+/// Alternates between new laws and new responses as long as the agreement improves. Returns the best response, and the
+/// comparison of the best response with the fine contact.
 fn iterate_laws<'a, C: Comparison>(
     reads: &StageInputs,
     solvers: &mut Solvers,
@@ -204,8 +208,8 @@ fn resolved_again<'a>(
     }
 }
 
-/// Comparison over a whole stepped cycle. On an orbit, or where the local loads vary strongly, the laws of a straight
-/// motion under the loads at rest are insufficient.
+/// Comparison over a whole stepped cycle. The laws of a straight motion under the loads at rest are insufficient for an
+/// orbit. The laws are also insufficient if the local loads vary strongly.
 struct SteppedComparison {
     /// Largest difference from the elements in energy or force, relative to the tolerance.
     gap: f64,
@@ -327,8 +331,9 @@ fn compare_stepped(
     }))
 }
 
-/// Returns the loads of the fine contact at each element where the element approaches most and where it opens most.
-/// The search for both loads covers only [`INSTANTS`] instants of the `displacement`.
+/// Returns two loads of the fine contact at each element. The first load occurs at the largest approach of the element,
+/// and the second load at the largest opening. The search for both loads covers only [`INSTANTS`] instants of the
+/// `displacement`.
 fn extreme_loads(
     reads: &StageInputs,
     solvers: &mut Solvers,
@@ -412,7 +417,8 @@ impl Comparison for BetweenEnds {
 }
 
 impl BetweenEnds {
-    /// Returns the laws with which elements of these `parameters` would agree under the same motion.
+    /// Corrects the laws in `parameters` such that the contact elements agree with the fine contact under the compared
+    /// motion. Returns the corrected laws.
     fn laws_from(
         &self,
         reads: &StageInputs,

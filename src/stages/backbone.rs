@@ -89,7 +89,7 @@ pub fn resonance_of_scenes<E: From<RunError>>(
     }
 }
 
-/// Error of a point of the curve: of the solver, or of the inputs and stages.
+/// Error during the computation of a point of the curve. The solver, the inputs or a stage can cause the error.
 struct CurveError<E>(E);
 
 impl<E: From<RunError>> From<DynamicsError> for CurveError<E> {
@@ -128,8 +128,8 @@ pub(super) fn unworn<T>(
     )
 }
 
-/// Computes the backbone of a committed iteration, with the contact elements of its own fine contact and the
-/// harmonics of its response.
+/// Computes the backbone of a committed iteration. The computation uses the contact elements of the iteration, and the
+/// harmonics of the response.
 ///
 /// # Errors
 /// [`RunError::OfAnotherScene`], errors of reading the run, and [`RunError::Dynamics`] if there is no phase resonance
@@ -193,8 +193,9 @@ fn backbone(
 
 type Balance = HarmonicBalance<ContactElement>;
 
-/// Returns the vibration and its balance, with the given harmonics, otherwise with the harmonics of the response or
-/// of the scene.
+/// Returns the vibration of the joint and the harmonic balance of the vibration with the given `harmonics`. Without
+/// `harmonics`, the balance uses the harmonics of the stored response. Without a stored response, the balance uses the
+/// harmonics of the scene.
 fn balance(
     reads: &StageInputs,
     solvers: &mut Solvers,

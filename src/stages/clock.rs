@@ -1,4 +1,4 @@
-//! Measurement of the wall time and the processor time of work. No result depends on them.
+//! Measurement of the wall time and the processor time of work. No result of a run depends on the measured times.
 
 use std::time::Instant;
 
@@ -7,7 +7,7 @@ use std::time::Instant;
 pub struct WorkCost {
     /// Wall time \[s\].
     pub seconds: f64,
-    /// Processor time of all threads of the program \[s\]; `None` if the system does not report it.
+    /// Processor time of all threads of the program \[s\]; `None` if the system does not report the processor time.
     pub cpu_seconds: Option<f64>,
 }
 

@@ -42,7 +42,7 @@ pub const DECLARATION: Declaration = Declaration {
     compute,
 };
 
-/// The run warns if the error of the worn depths exceeds this part of the worn volume.
+/// The run warns if the error of the worn depths exceeds 0.1 of the worn volume.
 const WARNING_THRESHOLD: f64 = 0.1;
 
 /// Number of steps of the run per coarse step.
@@ -52,8 +52,8 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
     let mut outputs = Outputs::default();
     let patch = solvers.joint(reads)?.patch.clone();
     let Some(field) = reads.optional_previous_table::<typed::CoarseField>()? else {
-        // The fine and the coarse trajectory start from the same state, even if the run continues a run without a
-        // coarse trajectory.
+        // The fine and the coarse trajectory start from the same state, even if the source run has no coarse
+        // trajectory.
         let run_state = run_state(reads, &patch)?;
         outputs.add_table(&field_of(&patch, &run_state, &run_state))?;
         let zero = contact_of(&reads.recipe).stiffness.then_some(0.0);
@@ -160,8 +160,8 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
     Ok(outputs)
 }
 
-/// Returns the row of a coarse trajectory that restarts from the `own` state of the run, with the differences of an
-/// `earlier` row.
+/// Returns a row of a coarse trajectory that restarts from the state `own` of the run. The row keeps the differences of
+/// the row `earlier`.
 fn restarted(own: &WornState, earlier: typed::CoarseStep) -> typed::CoarseStep {
     typed::CoarseStep {
         n_cycles: 0,
@@ -172,7 +172,7 @@ fn restarted(own: &WornState, earlier: typed::CoarseStep) -> typed::CoarseStep {
     }
 }
 
-/// Returns the state of the run in this iteration.
+/// Returns the worn state of the run in the current iteration.
 fn run_state(reads: &StageInputs, patch: &Patch) -> Result<WornState, RunError> {
     let (fields, cycle) = (reads.table()?, reads.table()?);
     Ok(worn_state(
@@ -215,7 +215,7 @@ fn states_of(
             // No step uses the gap.
             gap: vec![0.0; pressure.len()],
             pressure,
-            // The cycles of both states start from this shear.
+            // The cycles of both states start from the shear of the coarse trajectory.
             shear_x: Some(shear_x.clone()),
             shear_y: shear_y.clone(),
             slip_path: Some(slip_path),

@@ -29,8 +29,8 @@ pub struct ElementMotion {
     parameters: ElementParameters,
     /// Change since the previous response; `None` for a motion that is not extrapolated.
     trend: Option<Trend>,
-    /// Energy of a stepped cycle over the energy of a reversal cycle. This energy ratio corrects the friction of the
-    /// elements and of the fine contact.
+    /// Energy of a stepped cycle over the energy of a reversal cycle. The ratio of both energies corrects the friction
+    /// of the contact elements and of the fine contact.
     stepped_part: f64,
 }
 
@@ -63,8 +63,8 @@ impl ElementMotion {
         Ok(Self::from(tables, row, update))
     }
 
-    /// Returns the energy of a stepped cycle over the energy of a reversal cycle. This energy ratio corrects the
-    /// friction of the elements and of the fine contact.
+    /// Returns the energy of a stepped cycle over the energy of a reversal cycle. The ratio of both energies corrects
+    /// the friction of the contact elements and of the fine contact.
     pub fn stepped_part(&self) -> f64 {
         self.stepped_part
     }
@@ -83,8 +83,9 @@ impl ElementMotion {
         }
     }
 
-    /// Returns the extrapolated change of the coefficients from the last response to a `compliance` of the fine
-    /// contact, in the order of [`harmonics_of`]; `None` for a motion that is not extrapolated.
+    /// Returns the extrapolated change of the harmonic coefficients since the last response, in the order of
+    /// [`harmonics_of`]. The extrapolation depends on the `compliance` of the fine contact. Returns `None` if the
+    /// motion is not extrapolated.
     pub fn extrapolated_coefficients(&self, compliance: Option<f64>) -> Option<Vec<f64>> {
         let (trend, compliance) = self.trend.as_ref().zip(compliance)?;
         let times = trend.multiple(compliance);
@@ -136,8 +137,8 @@ impl ElementMotion {
     }
 }
 
-/// Returns the change of the coefficients of a response since the previous response, in the order of
-/// [`harmonics_of`]; `None` without such columns.
+/// Returns the change of the coefficients of a response since the previous response, in the order of [`harmonics_of`].
+/// Returns `None` if the response has no columns of changes.
 pub fn change_of(response: &typed::Response) -> Option<Vec<f64>> {
     let (cosine, sine) = (
         response.change_cosine.as_ref()?,
@@ -162,7 +163,7 @@ pub struct ComputedMotion {
     cycle: Cycle,
     load: f64,
     threads: Threads,
-    /// Cache of computed motions, with their compliances.
+    /// Cache of computed motions: pairs of a compliance of the fine contact and the motion at the compliance.
     cache: RefCell<Vec<(f64, MarchedMotion)>>,
 }
 
@@ -193,7 +194,8 @@ impl ElementFigures {
         }
     }
 
-    /// Returns the values relative to another cycle; 1 where the value of the other cycle is 0.
+    /// Returns each value of the cycle `self` over the value of the cycle `other`. Returns 1 where the value of `other`
+    /// is 0.
     fn over(self, other: ElementFigures) -> ElementFigures {
         let part = |value: f64, reference: f64| {
             if reference > 0.0 {
@@ -291,9 +293,10 @@ impl ComputedMotion {
         self.trend.as_ref().map_or(0.0, |trend| trend.compliance[1])
     }
 
-    /// Returns the motion of the fine contact for these coefficients, at many samples. The motion consists of the
-    /// displacement of the elements, averaged over the area, and of the variation of the load. The motion omits the
-    /// mean of the load variation, since the bolt bears the mean load under prescribed displacement.
+    /// Returns the motion of the fine contact at many samples, from the harmonic `coefficients` of a response. The
+    /// motion consists of the mean displacement of the elements, weighted by area, and of the variation of the load.
+    /// The motion omits the mean of the load variation, since the bolt bears the mean load under prescribed
+    /// displacement.
     fn fine_motion(
         &self,
         coefficients: &[f64],
@@ -357,8 +360,8 @@ impl ComputedMotion {
         })
     }
 
-    /// Returns the motion at a `compliance` of the fine contact. The motion of the response is returned instead if
-    /// the extrapolated motion would open the joint or would have to be marched in another way.
+    /// Returns the motion at a `compliance` of the fine contact. Returns the motion of the response if the extrapolated
+    /// motion would open the joint or would require another marching method.
     fn marched_at(&self, compliance: f64) -> Result<MarchedMotion, RunError> {
         let compliance = match self.equals_response(compliance) {
             true => self.last_compliance(),
@@ -385,7 +388,8 @@ impl ComputedMotion {
             }
         };
         let mut cache = self.cache.borrow_mut();
-        // The first cache entry is the motion of the response. The other cache entries belong to the present step.
+        // The first cache entry is the motion of the response. The other cache entries are motions of the current wear
+        // step.
         if cache.len() == CACHE_SIZE {
             cache.remove(1);
         }
@@ -395,8 +399,8 @@ impl ComputedMotion {
 }
 
 impl MarchedMotion {
-    /// Replaces the friction ratios of the elements by the ratios in the response. Under the laws of the last update
-    /// and the extrapolated motion the ratios decrease, but in the next converged response they do not.
+    /// Replaces the friction ratios of the elements by the ratios in the response. Under the extrapolated motion, the
+    /// ratios decrease with the laws of the last update. In the next converged response, the ratios do not decrease.
     fn with_friction_of(mut self, response_motion: MarchedMotion) -> MarchedMotion {
         if let (Some(own), Some(response_nodes)) = (
             &mut self.motion.nodal_motion,
@@ -419,9 +423,9 @@ pub struct DrivingMotion {
     pub computed: Option<Rc<ComputedMotion>>,
 }
 
-/// Sets the motion of the joint under a static `load`: the prescribed motion, or the motion of a response to its
-/// contact elements. A response is taken at a tangential `compliance` of the fine contact \[m/N\] and evolves from
-/// there with the wear. Without a compliance, the motion starts from the response itself.
+/// Sets the motion of the joint under a static `load`. The motion is the prescribed motion, or the motion of the
+/// contact elements in a response. A response is taken at a tangential `compliance` of the fine contact \[m/N\] and
+/// evolves from there with the wear. Without a compliance, the motion starts from the response itself.
 pub fn set_motion(
     reads: &StageInputs,
     solvers: &mut Solvers,
@@ -435,7 +439,8 @@ pub fn set_motion(
     };
     let Some(element_motion) = element_motion else {
         let mut motion = reads.motion().clone();
-        // Always shifts the motion of the scene. Repeated shifts would depend on their number.
+        // Always shifts the motion of the scene. If each call shifted the motion of the previous call, the mean load
+        // would depend on the number of calls.
         if contact_of(recipe).conditions.bolt_stiffness.is_some() {
             motion = motion.with_mean_load(load);
         }
@@ -480,10 +485,10 @@ pub fn set_motion(
     })
 }
 
-/// Sets a straight motion of the joint between the two ends of a response to its elements, at a `compliance` of the
-/// fine contact and under the loads at rest. The cycle keys of the recipe are ignored. For an orbit, the
-/// longest line in it gives the ends. Returns the work of the elements in this motion, or `None` if the elements have no
-/// friction laws of their own.
+/// Sets a straight motion of the joint between the two ends of a response. The motion applies to a `compliance` of the
+/// fine contact and to the loads at rest. The cycle keys of the recipe are ignored. For an orbit, the ends of the
+/// motion are the ends of the longest line in the orbit. Returns the work of the elements in the straight motion.
+/// Returns `None` if the elements have no individual friction laws.
 pub fn set_motion_between_ends(
     reads: &StageInputs,
     solvers: &mut Solvers,

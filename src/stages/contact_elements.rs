@@ -37,8 +37,8 @@ pub fn springs<'a>(
     }
 }
 
-/// Returns true if the elements start from tangent springs. Elements with several sliders also start from tangent
-/// springs.
+/// Returns true if the elements start from tangent springs. Elements with tangent stiffness and elements with several
+/// sliders start from tangent springs.
 fn begins_with_tangents(recipe: &Recipe) -> bool {
     let elements = recipe.elements();
     elements
@@ -69,8 +69,8 @@ fn shared_springs(
     }
 }
 
-/// Returns the parameters of the contact elements from the static contact of an iteration. If each element has its
-/// own friction law, also returns the remainder of the contact that the laws do not describe.
+/// Returns the parameters of the contact elements from the static contact of an iteration. If each element has an
+/// individual friction law, the second value is the part of the contact that the laws omit.
 pub fn parameters(
     reads: &StageInputs,
     solvers: &mut Solvers,

@@ -50,7 +50,7 @@ impl Fields {
     }
 }
 
-/// Reads a worn state from its tables.
+/// Returns the worn state in the tables of wear, contact fields and fretting cycle.
 pub fn worn_state(
     recipe: &Recipe,
     patch: &Patch,
@@ -80,7 +80,7 @@ pub fn worn_state(
     })
 }
 
-/// Reads the static contact from its two tables.
+/// Returns the solution of the static contact in a row of the static contact and in the contact fields.
 pub fn solution_of(row: &typed::StaticContact, fields: Fields) -> NormalSolution {
     let or_zero = |pair: [Option<f64>; 2]| pair.map(|value| value.unwrap_or(0.0));
     NormalSolution {

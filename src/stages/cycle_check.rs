@@ -1,5 +1,5 @@
-//! Comparison of a reversal cycle with a stepped cycle: the ratio of their energies under the same response, computed
-//! on half the grid.
+//! Compares the energy of a reversal cycle with the energy of a stepped cycle. Both cycles belong to the same response
+//! and use half the grid.
 
 use super::RunError;
 use super::computed_motion::{ElementMotion, set_motion};
@@ -16,12 +16,14 @@ use crate::wear::cycle::March;
 const STEPS: usize = 64;
 /// Relative error of the energy ratio due to half the grid and to the finite number of steps.
 pub const REMAINING_ERROR: f64 = 0.006;
-/// Tolerances of the solves for the pressure and of the closure of the stepped cycle: a tenth of [`REMAINING_ERROR`].
+/// Tolerances of the pressure solves and of the closure of the stepped cycle. Each tolerance is a tenth of
+/// [`REMAINING_ERROR`].
 const NORMAL_TOLERANCE: f64 = 1e-4;
 const CYCLE_TOLERANCE: f64 = 3e-3;
 
-/// Returns the energy of a stepped cycle over the energy of a reversal cycle, for a joint with this `wear` \[m\]
-/// under the motion `element_motion`. `None` if half the grid has too few cells, or if there is no such cycle.
+/// Returns the energy of a stepped cycle, divided by the energy of a reversal cycle. The joint has the worn depths
+/// `wear` \[m\] and the motion `element_motion`. Returns `None` if half the grid has too few cells, or if the solver
+/// finds no stepped or no reversal cycle.
 ///
 /// # Errors
 /// Errors of the contact solves.

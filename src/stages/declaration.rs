@@ -1,4 +1,4 @@
-//! Declaration of a stage: its inputs, its tables, and the function that computes them.
+//! Declaration of a stage: the inputs and the tables of the stage, and the function that computes the tables.
 
 use super::RunError;
 use super::output_schedule::IterationSchedule;
@@ -8,8 +8,8 @@ use super::stage_inputs::{DeclaredInputs, Outputs, StageInputs};
 use crate::recipe::{Part, Recipe, Wear};
 use crate::tables::TableName;
 
-/// Inputs and tables of a stage, and the function that computes the tables. A stage sees only its declared inputs,
-/// and its key consists of them. Tables computed from other inputs are therefore never reused.
+/// Inputs and tables of a stage, and the function that computes the tables. A stage reads only the declared inputs. The
+/// key of the stored tables consists of the declared inputs, so a run never reuses tables from other inputs.
 pub struct Declaration {
     /// The stage.
     pub stage: Stage,
@@ -22,8 +22,8 @@ pub struct Declaration {
     pub reads: &'static [TableName],
     /// Tables of the previous iteration that the stage reads.
     pub before: &'static [TableName],
-    /// Tables that the stage writes. The first table identifies the stage: a run that has this table has the stage.
-    /// The stage omits tables of physics that the scene does not have, and tables that are not due.
+    /// Tables that the stage writes. The first table identifies the stage: a run that has this table has the stage. The
+    /// stage omits a table if the scene does not have the physics of the table, or if the table is not due.
     pub writes: &'static [TableName],
     /// Returns true if the stage has work to do in an iteration.
     pub is_due: fn(&IterationSchedule) -> bool,
@@ -60,13 +60,14 @@ impl Declaration {
         }
     }
 
-    /// Returns the tables that the stage writes in a run of this recipe, including tables that are not always due.
+    /// Returns the tables that the stage writes in a run of `recipe`. Some of the tables are due only in some
+    /// iterations.
     pub fn writes_in(&self, recipe: &Recipe) -> impl Iterator<Item = TableName> {
         let writes = self.writes.iter().copied();
         writes.filter(|table| is_in(recipe, *table))
     }
 
-    /// Returns true if a run of this recipe has the stage.
+    /// Returns true if a run of `recipe` has the stage.
     pub fn is_in(&self, recipe: &Recipe) -> bool {
         match self.stage {
             // The stage writes the worn response of a joint, the forced response over a range, or both.

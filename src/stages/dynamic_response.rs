@@ -61,13 +61,14 @@ pub const DECLARATION: Declaration = Declaration {
     compute,
 };
 
-/// Largest relative correction of the friction energy of reversal cycles. A larger error is not corrected but enters
-/// the error bar, since half the grid is too coarse to measure it.
+/// Largest relative correction of the friction energy of reversal cycles. If the error of the friction energy exceeds
+/// `LARGEST_CORRECTION`, half the grid is too coarse to measure the error. The stage then adds the error to the error
+/// bar and does not correct the friction energy.
 const LARGEST_CORRECTION: f64 = 0.1;
-/// Relative change of the resonance that marks an unknown change, so that all iterations have the same columns.
+/// Relative change of the resonance that marks an unknown change. With the mark, all iterations have the same columns.
 pub(super) const UNKNOWN_CHANGE: f64 = 1.0;
 
-/// Tables of the current response. Iterations without an update copy these tables.
+/// Tables of the current response. An iteration without an update copies the tables of the previous response.
 const IN_FORCE: [TableName; 6] = [
     TableName::Response,
     TableName::DynamicResponse,
@@ -137,8 +138,8 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
         parameters,
         ..
     } = agree(reads, solvers, &vibration, initial)?;
-    // Computes the peak and the error bars only for the final response, since they cost as much as the response
-    // itself.
+    // Computes the peak and the error bars only for the final response. The peak and the error bars take as much time
+    // as the response.
     let corrects = harmonic_correction(&reads.recipe);
     let correction_before = match before.as_ref() {
         Some((response, row)) => correction_of(response, row)?,
@@ -227,8 +228,8 @@ fn compute_without_rough_contact(
     }
 }
 
-/// Returns the contact elements with these parameters and with their friction scaled by `stepped_part`; empty without
-/// contact elements.
+/// Returns the contact elements with the given `parameters`, with the friction of the elements multiplied by
+/// `stepped_part`. If the recipe has no contact elements, the list contains only the springs of the structure.
 pub fn contact_elements(
     reads: &StageInputs,
     parameters: &ElementParameters,
@@ -300,7 +301,8 @@ fn put_in_force(
     let has_contact = reads.recipe.elements().is_some();
     let layout = match has_contact {
         true => element_layout(reads),
-        // A scene without a contact has only springs. The layout places the centres of these springs at the origin.
+        // If the scene has no contact, all elements of the balance are springs. The layout places the centre of every
+        // spring at the origin.
         false => Layout {
             centres: vec![[0.0; 2]; balance.elements().len()],
             ..Layout::default()
@@ -492,8 +494,8 @@ fn solved_of(response: &typed::Response) -> Option<Vec<f64>> {
     .into()
 }
 
-/// Returns a response with its change since the response `before`, and whether the change is steady enough to be
-/// extrapolated. Harmonics that the previous response lacks have no change.
+/// Returns the response `response` with the change since the response `before`. The second value is true if the change
+/// is steady enough for extrapolation. Harmonics that the previous response lacks have no change.
 fn with_change(
     mut response: typed::Response,
     before: Option<&typed::Response>,

@@ -86,7 +86,7 @@ pub enum RunError {
         /// The requested iteration.
         wear_iteration: u64,
     },
-    /// A sibling run inherited this iteration from a run of another scene.
+    /// An earlier run computed the iteration from another scene, and a sibling run inherited the iteration.
     #[error(
         "iteration {wear_iteration} was computed in the run {run}, of another scene: use that run"
     )]
@@ -108,7 +108,7 @@ pub enum RunError {
     /// The contact of the unworn or of the smooth joint failed.
     #[error("contact of the unworn joint: {0}")]
     Unworn(#[from] ContactError),
-    /// The vibration model or its sampling cannot be built.
+    /// The stage cannot build the vibration model or the time samples of the vibration model.
     #[error("dynamic_response: {0}")]
     Vibration(#[from] DynamicsError),
     /// No steady vibration was found.
@@ -125,7 +125,7 @@ pub enum RunError {
         /// The reason.
         reason: &'static str,
     },
-    /// The stage needs a run of the same scene on half the grid, but no such run exists.
+    /// The stage needs a run on half the grid, but the run does not exist.
     #[error(
         "`fidelity.grid_check`: this stage cannot be computed alone, because it needs a run on half the grid; use `fretwear run`, which starts that run first"
     )]

@@ -12,7 +12,7 @@ use crate::tables::typed::{self, Summary};
 use crate::wear::coarse::ERROR_PER_DIFFERENCE;
 use crate::wear::error_bar::{self, VolumeError};
 
-/// Relative error of a result about which nothing is known, for example of a zero that may be wrong.
+/// Relative error of an unknown result, for example of a zero that is possibly wrong.
 pub(super) const UNKNOWN: f64 = 1.0;
 
 /// Reads a result from a summary.
@@ -64,7 +64,7 @@ impl PreviousIteration {
             Ok(*required_column(TableName::Summary, &value, column)?)
         };
         let volume = value_of(summary.wear_volume, "wear_volume")?;
-        // A prescribed motion has neither of these errors.
+        // A prescribed motion has no error of the harmonics and no error of the closure.
         let harmonics = summary.error_harmonics.unwrap_or(0.0);
         let closure = summary.error_closure.unwrap_or(0.0);
         let cycles = summary.error_cycles.unwrap_or(0.0);
@@ -81,11 +81,11 @@ impl PreviousIteration {
             bar: VolumeError {
                 steps: (whole - propagation - harmonics - closure - cycles - grid) * volume,
                 cycles: cycles * volume,
-                // Each iteration computes this error from its own coarse trajectory.
+                // Each iteration computes the propagation error from the coarse trajectory of the iteration.
                 propagation: 0.0,
                 harmonics: harmonics * volume,
                 closure: closure * volume,
-                // Each iteration computes this error from the run on half the grid.
+                // Each iteration computes the grid error from the run on half the grid.
                 grid: 0.0,
             },
             dissipation: dissipation.clone(),
@@ -103,22 +103,23 @@ impl PreviousIteration {
 pub struct Sources<'a> {
     /// The previous iteration.
     pub before: Option<&'a PreviousIteration>,
-    /// The step that led to this iteration.
+    /// The wear step from the previous iteration to the current iteration.
     pub step: &'a typed::WearStep,
     /// The response that drives the joint; `None` for a prescribed motion.
     pub in_force: Option<&'a ResponseInForce>,
-    /// The unworn state and its response; `None` in the unworn state and for another scene.
+    /// Summary of the unworn state. `None` in the unworn iteration, and if another scene computed the unworn state.
+    /// `unworn_response` is the response of the unworn state.
     pub unworn: Option<&'a Summary>,
     pub unworn_response: Option<&'a typed::DynamicResponse>,
     /// Load lost by wear \[N\]; `None` if the load cannot fall.
     pub lost_load: Option<f64>,
-    /// The cycle of this iteration.
+    /// The cycle of the current iteration.
     pub cycle: &'a typed::FrettingCycle,
-    /// The response of the worn joint, if the scene requests it.
+    /// The response of the worn joint, if the scene requests this response.
     pub worn: Option<&'a typed::WornResponse>,
-    /// The coarse trajectory, if there is one.
+    /// The coarse trajectory; `None` if the run has no coarse trajectory.
     pub coarse: Option<&'a typed::CoarseStep>,
-    /// The run on half the grid, if there is one.
+    /// The run on half the grid; `None` if the scene requests no grid check.
     pub twin: Option<&'a typed::GridTwin>,
     /// Numbers of loaded, touching and undecided cells.
     pub cells: Cells,
@@ -138,7 +139,8 @@ pub struct Cells {
     pub undecided: f64,
 }
 
-/// Adds the error bars of the volume, of the contact and of the vibration to a summary that already has its results.
+/// Adds error bars to a summary that contains results. The error bars belong to the worn volume, the contact and the
+/// vibration.
 pub fn error_bars(wear: &Wear, sources: &Sources, summary: &mut Summary) {
     let &Sources {
         before,
@@ -157,7 +159,7 @@ pub fn error_bars(wear: &Wear, sources: &Sources, summary: &mut Summary) {
         _ => 0.0,
     };
     let estimate = estimate(wear, sources);
-    // The vibration of the previous iteration drove the wear of this step.
+    // The vibration of the previous iteration drove the wear of the current step.
     let last = before.and_then(|b| b.in_force.as_ref());
     let response_error =
         |value: fn(&typed::DynamicResponse) -> f64| last.map_or(0.0, |l| value(&l.response));
@@ -189,9 +191,9 @@ pub fn error_bars(wear: &Wear, sources: &Sources, summary: &mut Summary) {
         Some((unworn, now)) if (unworn / now).is_finite() => (1.0 - unworn / now).abs(),
         _ => 1.0,
     };
-    // Error of a result by the error of the wear. This error follows from the volume worn while the result changed,
-    // from the previous iteration to this iteration. An inherited iteration may lack the result. The callers add the
-    // error of the result itself.
+    // `by_wear` is the error of a result due to the error of the wear. `by_wear` follows from the volume worn from the
+    // previous iteration to the current iteration, in which the result changed. An inherited iteration may lack the
+    // result. The callers add the error of the result itself.
     let by_wear = |figure: Figure, wears: f64, meanwhile: f64| {
         let now = figure(summary).unwrap_or(0.0);
         let earlier = before.and_then(|b| figure(&b.summary));
@@ -350,8 +352,8 @@ fn truncation_of_change(
 const SAFETY_FACTOR: f64 = 2.0;
 
 /// Returns the relative error of the energy per cycle, without the error of the earlier wear. The energy error contains
-/// the errors of the solves and samples, and of the truncated harmonics of the vibration. The energy error also
-/// contains the difference from the friction energy of the contact elements.
+/// the errors of the solves and samples, and of the truncated harmonics of the vibration. The energy error includes the
+/// difference between the dissipated energy and the friction energy of the contact elements.
 pub(super) fn error_of_energy(
     cycle: &typed::FrettingCycle,
     in_force: Option<&ResponseInForce>,
@@ -364,8 +366,8 @@ pub(super) fn error_of_energy(
     cycle.error_cycle + response.error_friction_energy + closure
 }
 
-/// Returns the error of the volume worn in this step \[m³\]: its own estimate, or the effect of the change of its
-/// rates.
+/// Returns the error of the volume worn in the current step \[m³\]. If the scheme estimates errors, returns the
+/// estimate of the step. Otherwise returns the effect of the change of the wear rates within the step.
 fn estimate(wear: &Wear, sources: &Sources) -> f64 {
     let step = sources.step;
     match sources.before {
@@ -380,11 +382,11 @@ fn estimate(wear: &Wear, sources: &Sources) -> f64 {
 
 /// Returns the error of the worn volume \[m³\] because the vibration is not computed anew on every surface.
 ///
-/// At each update, and at the end, the jump of the energy per cycle between the old and the new motion counts for all
-/// wear since the last update. The full jump overestimates the error, since the old motion was exact at first. The gap
-/// between fine contact and contact elements after the update counts in the same way. Between updates, the error since
-/// the last update is at least the jump and the gap of that update. The error since the last update is larger if the
-/// fine contact and the elements differ by more under the same motion.
+/// At each update, the energy per cycle jumps between the old and the new motion. The jump counts for all wear since
+/// the last update, both at an update and at the end of the run. The full jump overestimates the error, since the old
+/// motion was exact at first. The gap between fine contact and contact elements after the update counts in the same
+/// way. Between updates, the error since the last update is at least the jump and the gap of that update. The error
+/// since the last update increases with the difference between the fine contact and the elements under the same motion.
 fn closure_error(sources: &Sources) -> f64 {
     let &Sources {
         before,
@@ -420,8 +422,8 @@ fn closure_error(sources: &Sources) -> f64 {
     settled.max(0.0) + unsettled
 }
 
-/// Returns the jump of the energy per cycle at an update, plus the remaining gap between fine contact and contact
-/// elements, relative to the energy.
+/// Returns the relative error of the energy per cycle at an update. The error is the jump of the energy, plus the
+/// remaining gap between fine contact and contact elements.
 fn update_error(cycle: &typed::FrettingCycle) -> f64 {
     [cycle.update_jump, cycle.update_gap]
         .map(|part| part.unwrap_or(0.0).abs())
@@ -429,8 +431,9 @@ fn update_error(cycle: &typed::FrettingCycle) -> f64 {
         .sum()
 }
 
-/// Returns the error of the worn volume due to inexact cycles \[m³\]. If this iteration has compared its cycle with a
-/// stepped cycle, the measured error counts for all wear since the last comparison.
+/// Returns the error of the worn volume due to inexact cycles \[m³\]. If the current iteration compares a cycle with a
+/// stepped cycle, the comparison measures an error. The measured error counts for all wear since the previous
+/// comparison.
 fn cycle_error(sources: &Sources) -> f64 {
     let now = sources.cycle;
     let Some(before) = sources.before else {
@@ -447,7 +450,8 @@ fn cycle_error(sources: &Sources) -> f64 {
     }
 }
 
-/// Returns the relative error of the wear since the last update. The next update will replace it.
+/// Returns the relative error of the wear since the last update. The next update of the contact elements replaces the
+/// relative error.
 fn pending_error(cycle: &typed::FrettingCycle) -> f64 {
     let element_energy = cycle.elements_energy.unwrap_or(cycle.dissipated_energy);
     update_error(cycle).max(relative_difference(element_energy, cycle.dissipated_energy))
@@ -458,8 +462,8 @@ fn relative_difference(energy: f64, reference: f64) -> f64 {
     relative_energy_error((energy - reference).abs(), reference)
 }
 
-/// Returns the friction energy of the contact elements \[J\]; 0 if it is within rounding errors of the energy that
-/// the exciter supplies.
+/// Returns the friction energy of the contact elements \[J\]. Returns 0 if the friction energy is within the rounding
+/// errors of the energy of the exciter.
 pub(super) fn friction(response: &typed::DynamicResponse) -> f64 {
     let energy = response.friction_energy;
     match energy.abs() > ROUNDING * response.input_energy.abs() {
@@ -468,7 +472,8 @@ pub(super) fn friction(response: &typed::DynamicResponse) -> f64 {
     }
 }
 
-/// Part of the exciter's energy below which friction counts as rounding error: its sums have some thousands of terms.
+/// Part of the energy of the exciter below which friction counts as rounding error. The sums of the friction energy
+/// have some thousands of terms.
 const ROUNDING: f64 = 1e-11;
 
 /// Returns the `error` of the `energy` of a cycle \[J\], relative to the energy.

@@ -18,8 +18,9 @@ use crate::structure::reduction::ContactPorts;
 use crate::structure::superelement::model_matrices;
 use crate::tables::typed;
 
-/// Exported vibrating joint, in SI units. Rows are ordered as follows: the ports x, y, n of each contact element (n
-/// positive where the joint opens), the ports of loads and response, then modes and pseudo-modes of the structure.
+/// Exported vibrating joint, in SI units. The first rows are the ports x, y, n of each contact element; n is positive
+/// where the joint opens. The next rows are the ports of the loads and of the response. The last rows are the modes and
+/// pseudo-modes of the structure.
 pub struct ExportedContact {
     /// Current contact elements.
     pub table: ElementTable,
@@ -27,7 +28,8 @@ pub struct ExportedContact {
     pub areas: Vec<f64>,
     /// The bodies or faces that the elements connect.
     pub ports: ContactPorts,
-    /// Stiffness, mass, viscous damping and hysteretic damping, including all contributions of the scene.
+    /// Matrices of stiffness, mass, viscous damping and hysteretic damping. The matrices include all contributions of
+    /// the scene.
     pub matrices: [Matrix; 4],
     /// Points and axes of the ports after the contact ports.
     pub points: Vec<(String, usize)>,
@@ -42,8 +44,8 @@ pub struct ExportedContact {
     pub driven_at: f64,
     /// Range of the search for the response \[Hz\].
     pub range: [f64; 2],
-    /// Harmonic coefficients of the displacements x, y, n of all elements in the current response, in the order of
-    /// [`ExportedContact::orders`] \[m\].
+    /// Displacement coefficients of the current response \[m\], for the directions x, y, n of each element.
+    /// [`ExportedContact::orders`] gives the order of the harmonics.
     pub displacement: Vec<f64>,
     /// The contact elements.
     pub elements: Vec<ContactElement>,
@@ -164,8 +166,8 @@ fn damping_springs(reads: &StageInputs) -> Result<Vec<[f64; 2]>, RunError> {
 const INSTANTS: usize = 256;
 
 impl ExportedContact {
-    /// Returns the displacement of an element over a cycle of the current response: x, y and n, with n positive where
-    /// the bodies approach \[m\].
+    /// Returns the displacement x, y, n of an element over a cycle of the current response \[m\]. The displacement n is
+    /// positive where the bodies approach.
     pub fn over_cycle(&self, element: usize) -> Vec<[f64; 3]> {
         let width = self.displacement.len() / (3 * self.elements.len());
         let rows = &self.displacement[3 * element * width..][..3 * width];
@@ -173,16 +175,17 @@ impl ExportedContact {
     }
 }
 
-/// Bisection steps of the search for the stiffness of a single slider, and the largest ratio of this stiffness to the
-/// stiffness of the bank.
+/// `with_one_slider` computes the stiffness of a single slider by `HALVINGS` bisection steps. `LARGEST_STIFFNESS_RATIO`
+/// bounds the ratio of the stiffness of the single slider to the stiffness of the bank.
 const HALVINGS: usize = 60;
 const LARGEST_STIFFNESS_RATIO: f64 = 1e6;
 
 impl ExportedContact {
     /// Returns the same elements with a single slider each. The single slider has the strength and the normal stiffness
-    /// of the sliders that bear load at rest. The tangential stiffness is chosen so that the single slider dissipates
-    /// the energy of the bank over the current response. The single slider does not preserve the initial stiffness of
-    /// the bank. If no stiffness gives this energy, the single slider has the total stiffness of the bank.
+    /// of the sliders that bear load at rest. With the chosen tangential stiffness, the single slider and the bank
+    /// dissipate the same energy over the current response. The single slider does not preserve the initial stiffness
+    /// of the bank. If no stiffness gives the energy of the bank, the single slider has the total stiffness of the
+    /// bank.
     pub fn with_one_slider(&self) -> ElementTable {
         let elements = self.elements.iter().enumerate();
         let rows = elements.map(|(e, element)| {

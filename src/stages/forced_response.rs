@@ -1,5 +1,5 @@
-//! The forced response over the frequency range, which does not drive the wear. The stage computes the forced response
-//! of the worn joint if the scene requests this response.
+//! Forced response of the worn joint over the frequency range. The forced response does not drive the wear. If the
+//! scene requests a forced response of the worn joint, the stage computes the forced response.
 
 use super::RunError;
 use super::agreement::predicted_parameters;
@@ -25,8 +25,8 @@ use crate::model_update::ElementParameters;
 use crate::recipe::Part;
 use crate::tables::{TableName, typed};
 
-/// The forced response, [A §4d], and the resonance, of a worn joint with the contact elements of its own fine
-/// contact.
+/// The forced response and the resonance of a worn joint, [A §4d]. The contact elements follow from the fine contact of
+/// the same iteration.
 pub const DECLARATION: Declaration = Declaration {
     stage: Stage::ForcedResponse,
     when: When::Always,
@@ -70,7 +70,7 @@ pub const DECLARATION: Declaration = Declaration {
 fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunError> {
     let mut outputs = Outputs::default();
     let vibration = solvers.vibration(reads)?;
-    // Phase resonance of these elements, if it is known.
+    // `resonance` is the phase resonance of the contact elements in `balance`, or `None` without a known resonance.
     let (balance, resonance) = match reads.optional_table::<typed::ModelUpdate>()? {
         Some(update) => {
             let parameters = worn_elements(reads, solvers, &update)?;
@@ -180,7 +180,7 @@ fn worn_joint(
             resolved.with_peak_and_known_errors(truncation, correction)
         }
         (None, Some(_)) => resolved.with_peak_and_errors(tolerance, None),
-        // No table stores these errors.
+        // The stage omits the errors of the peak, because no table stores the errors of the peak.
         (None, None) => resolved.with_peak(),
     };
     let resolved = resolved.map_err(failed)?;
@@ -226,8 +226,8 @@ fn row_in_force(row: &typed::DynamicResponse) -> typed::WornResponse {
     }
 }
 
-/// Returns the energy per cycle that the fine contact dissipates under the response of a worn joint \[J\]; `None` if
-/// this motion would open the joint.
+/// Returns the energy per cycle that the fine contact dissipates under the response of a worn joint \[J\]. Returns
+/// `None` if the response would open the joint.
 fn fine_energy(
     reads: &StageInputs,
     solvers: &mut Solvers,
@@ -298,7 +298,7 @@ fn forced_response(
         ));
         let scene_balance = vibration.balance_of(balance.elements().to_vec(), harmonics.clone());
         points = scene_balance.and_then(|balance| vibration.forced_response(&balance));
-        // The resonance needed more harmonics, so the errors of these points are unknown.
+        // The resonance needs more harmonics than the scene has, so the errors of the points are unknown.
         for point in points.iter_mut().flatten() {
             if let Some(response) = &mut point.response {
                 (response.error, response.friction_error) = (Some(1.0), Some(1.0));
@@ -310,7 +310,8 @@ fn forced_response(
     put_tables(&points, force, &harmonics, outputs)
 }
 
-/// Solves the points. Estimates their errors if the contact elements stay unchanged.
+/// Solves the points of the forced response. If the contact elements stay unchanged, estimates the errors of the
+/// points.
 fn solve_points(
     reads: &StageInputs,
     vibration: &Vibration,

@@ -24,7 +24,7 @@ use crate::wear::fields::InstantFields;
 use crate::wear::implicit::EndCycle;
 use crate::wear::slip_band::SlipBand;
 
-/// Shear, slip and dissipation over the steady cycle, [A §2e, eq. 2.6], starting from the shear of the static
+/// Shear, slip and dissipation over the steady cycle, [A §2e, eq. 2.6]. The cycle starts from the shear of the static
 /// contact.
 pub const DECLARATION: Declaration = Declaration {
     stage: Stage::FrettingCycle,
@@ -206,14 +206,15 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
 }
 
 /// Comparison of reversal cycles with a stepped cycle. A reversal cycle is marched between the two ends of the motion
-/// only. The comparison is renewed at given parts of the run and at its end.
+/// only. The stage repeats the comparison at fixed parts of the run, and at the end of the run.
 struct Check {
-    /// Energy of a stepped cycle over the energy of an uncorrected reversal cycle; 1 before the first comparison.
+    /// Energy of a stepped cycle, divided by the energy of an uncorrected reversal cycle; 1 before the first
+    /// comparison.
     stepped_part: f64,
     /// Worn volume at the last comparison \[m³\].
     volume: f64,
-    /// Relative error of the energy per cycle that remains after the correction in the current response; `None` before
-    /// the first comparison with a stepped cycle.
+    /// Relative error of the energy per cycle in the current response, after the correction. `None` before the first
+    /// comparison with a stepped cycle.
     error: Option<f64>,
 }
 
@@ -250,8 +251,8 @@ impl Check {
     }
 }
 
-/// Returns the force, displacement and energy of the contact elements under the motion of this iteration. The figures
-/// are the values of the current response, scaled by the extrapolated change of the motion.
+/// Returns the force, displacement and energy of the contact elements under the motion of the current iteration. The
+/// figures are the values of the current response, scaled by the extrapolated change of the motion.
 fn element_figures(
     reads: &StageInputs,
     computed: &ComputedMotion,
@@ -271,9 +272,10 @@ fn element_figures(
     })
 }
 
-/// Returns the jump of the energy per cycle at the last update, on the same surface, and the remaining gap between
-/// fine contact and contact elements. Both are relative. `energy` is the energy of the cycle of this iteration,
-/// `element_energy` the energy of its contact elements.
+/// Returns the jump of the energy per cycle at the last update, on the same surface. Also returns the remaining gap
+/// between the energies of fine contact and contact elements. The jump and the gap are relative changes of the energy
+/// per cycle. `energy` is the energy per cycle of the fine contact in the current iteration. `element_energy` is the
+/// energy per cycle of the contact elements in the current iteration.
 fn update_errors(
     reads: &StageInputs,
     solvers: &mut Solvers,
@@ -332,16 +334,16 @@ fn warn_band(band: SlipBand, outputs: &mut Outputs) {
     }
 }
 
-/// Returns the number of samples from one written instant to the next. A history is also marched at intermediate
-/// samples, for extrapolation, which are not written. The written cycle is therefore again a history that gives the
-/// same result.
+/// Returns the number of samples from one written instant to the next. For extrapolation, the march of a prescribed
+/// history adds intermediate samples between the written instants. The march does not write the intermediate samples,
+/// so a march of the written history gives the same result.
 fn samples_per_instant(reads: &StageInputs, march: March) -> usize {
     let cycle = reads.recipe.cycle().filter(|_| march == March::Stepped);
     cycle.map_or(1, Cycle::samples_per_instant)
 }
 
-/// Returns the fields of the selected cells that touch at any of the instants, one instant after the other. `source_text`
-/// are all instants of the table `cycle`. Each of them spans `every` samples of the march.
+/// Returns the fields of the selected cells that touch at any instant, one instant after the other. `written` contains
+/// all instants of the table `cycle`. Two consecutive instants of `written` are `every` samples of the march apart.
 fn cycle_field(
     patch: &Patch,
     selection: &CycleFields,

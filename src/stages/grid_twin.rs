@@ -24,9 +24,9 @@ pub const FOLDER: &str = "grid_twin";
 /// Content of the scene file of the twin.
 const TWIN_SCENE: &str = "half_grid_of = \"the run in the folder above, which runs it\"\n";
 
-/// Safety factor: the error of the grid is this factor times the change of the volume on half the grid. Rough
-/// contacts have no order of convergence with the number of cells. In the published case, volumes on coarser grids
-/// lie on both sides of the volume on the finest grid.
+/// The error of the grid is `SAFETY_FACTOR` times the change of the worn volume on half the grid. Rough contacts have
+/// no order of convergence with the number of cells. In the published case, volumes on coarser grids lie on both sides
+/// of the volume on the finest grid.
 const SAFETY_FACTOR: f64 = 3.0;
 /// Lower bound of the relative error of a grid, since two grids may agree by chance.
 const LEAST_ERROR: f64 = 0.015;
@@ -92,8 +92,8 @@ pub fn with_twin(
     }))
 }
 
-/// Observer of the twin. This observer reports the stages of the twin but not its progress, which a user could mistake
-/// for the progress of the run.
+/// Observer of the twin. The observer reports the stages of the twin. The observer does not report the progress of the
+/// twin, which a user could mistake for the progress of the run.
 struct TwinObserver<'a>(&'a dyn Observer);
 
 impl Observer for TwinObserver<'_> {
@@ -111,7 +111,7 @@ impl Observer for TwinObserver<'_> {
     fn committed(&self, _: &Progress) {}
 }
 
-/// Returns the inputs of the twin; `None` if half the grid has too few cells.
+/// Returns the inputs of the run on half the grid. Returns `None` if half the grid has too few cells.
 fn half_grid_inputs(inputs: &Inputs) -> Result<Option<Inputs>, RunError> {
     let Some(surface) = inputs.recipe.surface() else {
         return Ok(None);
@@ -165,8 +165,9 @@ fn half_grid_inputs(inputs: &Inputs) -> Result<Option<Inputs>, RunError> {
     }))
 }
 
-/// Returns the relative error of a worn volume \[m³\] after `cycles` due to the grid. A twin that reached this volume
-/// in fewer cycles ended earlier. In this case the cycles to this volume are compared.
+/// Returns the relative error of a worn volume \[m³\] after `cycles` due to the grid. If the twin ran at least `cycles`
+/// cycles, the function compares the worn volumes after `cycles`. If the twin ended earlier, the function compares the
+/// numbers of cycles to the same worn volume.
 pub fn error_of_grid(twin: &typed::GridTwin, cycles: i64, volume: f64) -> f64 {
     if volume <= 0.0 {
         return 0.0;

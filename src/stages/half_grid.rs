@@ -1,9 +1,10 @@
-//! A joint on half its grid: the same surface, averaged over four cells each.
+//! A joint on a grid with half as many cells per axis. The height of each coarse cell is the mean over four cells of
+//! the whole grid.
 
 use crate::grid::Patch;
 use crate::recipe::{FEWEST_CELLS, Recipe};
 
-/// A joint on half its grid.
+/// A joint on a grid with half as many cells per axis.
 pub struct HalfGrid {
     /// The recipe with half as many cells along x and y.
     pub recipe: Recipe,
@@ -12,8 +13,8 @@ pub struct HalfGrid {
 }
 
 impl HalfGrid {
-    /// Halves the grid of a recipe whose surface is on the `whole` grid. Returns `None` if the half grid has too few
-    /// cells.
+    /// Halves the grid of a recipe whose surface is on the `whole` grid. The function returns `None` if the half grid
+    /// has too few cells, or if a number of cells is odd.
     pub fn of(recipe: &Recipe, whole: &Patch) -> Option<HalfGrid> {
         let mut recipe = recipe.clone();
         let surfaces = recipe.joints.iter_mut();

@@ -7,18 +7,18 @@ use crate::tables::typed::{Summary, WornResponse};
 /// A state of wear.
 #[derive(Debug, Clone, PartialEq)]
 pub struct JointState {
-    /// Number of wear steps up to this state.
+    /// Number of wear steps from the unworn state to the state.
     pub wear_iteration: u64,
     /// Summary of the state. The resonance and the largest amplitude in the summary belong to the vibration that drives
     /// the wear.
     pub summary: Summary,
-    /// Forced response with the contact elements of this state.
+    /// Forced response of the worn joint, computed with the contact elements of the state.
     pub response: Option<WornResponse>,
 }
 
 impl JointState {
-    /// Returns the resonance \[Hz\] with the contact elements of this state if it has such a response, otherwise the
-    /// resonance of the vibration that drives the wear.
+    /// Returns the resonance of the forced response with the contact elements of the state \[Hz\]. If the state has no
+    /// forced response, returns the resonance of the vibration that drives the wear.
     pub fn resonance(&self) -> Option<f64> {
         let response = self.response.as_ref();
         response.map_or(self.summary.resonance_frequency, |response| {
@@ -26,8 +26,8 @@ impl JointState {
         })
     }
 
-    /// Returns the amplitude at a given frequency with the contact elements of this state \[m\]; `None` if the state
-    /// has no such response.
+    /// Returns the amplitude at a given frequency with the contact elements of the state \[m\]. Returns `None` if the
+    /// state has no forced response at a given frequency.
     pub fn forced_amplitude(&self) -> Option<f64> {
         let response = self.response.as_ref();
         let response = response.filter(|response| response.resonance_frequency.is_none());
@@ -41,7 +41,8 @@ impl JointState {
         amplitude.filter(|_| self.response.is_none())
     }
 
-    /// Reads all states of a run, including pruned ones, without their own responses, which only some states have.
+    /// Reads all states of a run, including pruned states. The function omits the forced responses of the states,
+    /// because only some states have a forced response.
     ///
     /// # Errors
     /// Errors of reading the run.
@@ -83,8 +84,9 @@ pub struct RunEnds {
 }
 
 impl RunEnds {
-    /// Reads the unworn and the last state. The two states contain their forced responses only if each state has one,
-    /// so that a user can compare the responses. Returns `None` for a run without an iteration.
+    /// Reads the unworn state and the last state. If only one of the two states has a forced response, the function
+    /// omits the forced response. A comparison needs the forced responses of both states. Returns `None` for a run
+    /// without an iteration.
     ///
     /// # Errors
     /// Errors of reading the run.

@@ -30,8 +30,8 @@ const TOTAL_FORCE: &str = "total_force [N]";
 pub struct Drift {
     /// Cycle in the iteration of the last update.
     pub at_update: CycleFigures,
-    /// Cycle in the iteration of the ledger, corrected to the motion of the last update: divided by the values of the
-    /// elements under the present motion and multiplied by their values at the update.
+    /// Cycle in the iteration of the ledger, corrected to the motion of the last update. The correction factor is the
+    /// value of the elements at the update, divided by the value under the present motion.
     pub now: CycleFigures,
 }
 
@@ -57,7 +57,7 @@ impl Drift {
     }
 }
 
-/// Energies that differ by less than this part of the exciter's energy are not reported.
+/// The ledger does not report a difference of energies below `LEAST_ENERGY` times the energy of the exciter.
 const LEAST_ENERGY: f64 = 0.01;
 
 /// Returns true if two values of a quantity differ by more than the fraction `part` of the larger value.
@@ -65,7 +65,7 @@ fn differ(fine: f64, dynamic: f64, part: f64) -> bool {
     (fine - dynamic).abs() > part * fine.abs().max(dynamic.abs())
 }
 
-/// Load, force, displacement, energy and compliance in the fine contact and in the contact elements.
+/// Load, force, displacement, energy and compliance of the fine contact and of the contact elements.
 pub const DECLARATION: Declaration = Declaration {
     stage: Stage::Ledger,
     when: When::Always,

@@ -1,5 +1,5 @@
-//! The stages of a run. Each stage is a value that declares its input tables, its parts of the recipe, its output
-//! tables, and the function that computes them. A runner runs the stages.
+//! The stages of a run. A stage declares input tables, parts of the recipe, output tables, and a function that computes
+//! the output tables. A runner runs the stages.
 //!
 //! ```text
 //! structure, surface, reference (once) ─> unworn ─┐

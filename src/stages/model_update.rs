@@ -1,5 +1,5 @@
-//! The contact elements of an iteration: computed from its own fine contact if an update is due, otherwise copied
-//! from the previous iteration.
+//! If an update is due, the stage computes the contact elements from the fine contact of the iteration. Otherwise the
+//! stage copies the contact elements from the previous iteration.
 
 use super::RunError;
 use super::contact_elements::{element_table, parameters, slider_table};
@@ -137,8 +137,8 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
     Ok(outputs)
 }
 
-/// Reads the cycles of the fine contact at the last update and in the previous iteration; `None` if updates do not
-/// depend on cycles.
+/// Reads the cycles of the fine contact at the last update and in the previous iteration. Returns `None` if updates do
+/// not depend on cycles.
 fn drift(reads: &StageInputs) -> Result<Option<Drift>, RunError> {
     let ledger = reads.optional_previous_table::<typed::Ledger>()?;
     Ok(ledger.as_ref().and_then(Drift::of))
@@ -168,7 +168,7 @@ fn reference_of(row: &typed::ModelUpdate, drift: Option<Drift>) -> UpdateState {
 /// step than between two updates by volume growth.
 const RUNNING_IN: f64 = 0.03;
 
-/// Returns the worn volume up to which the joint runs in \[m³\], if wear continues at the rate of this `summary`.
+/// Returns the worn volume at the end of running-in \[m³\], if wear continues at the wear rate of `summary`.
 fn running_in(reads: &StageInputs, summary: &typed::Summary) -> f64 {
     let end = reads.recipe.wear.as_ref().map_or(0.0, |wear| {
         let remaining_cycles = wear.cycles.map_or(f64::INFINITY, |cycles| {
@@ -206,8 +206,9 @@ fn without_smooth(total: Compliance, smooth: Option<Compliance>) -> Compliance {
     }
 }
 
-/// Returns force and energy of the fine contact in the middle of a step, divided by the relative force and energy of
-/// the contact elements there. `moved` returns these relative values at a compliance of the fine contact.
+/// Returns force and energy of the fine contact in the middle of a step. The function divides both by the relative
+/// force and energy of the contact elements in the middle of the step. `moved` returns the relative force and energy of
+/// the contact elements at a compliance of the fine contact.
 pub fn figures_of(
     middle: &MiddleCycle,
     moved: &dyn Fn(Option<f64>) -> CycleFigures,

@@ -29,7 +29,7 @@ pub trait Observer {
 pub struct Progress {
     /// The iteration.
     pub wear_iteration: u64,
-    /// Cycles up to this iteration; 0 without wear.
+    /// Number of cycles from the unworn joint to the iteration; 0 without wear.
     pub cycles: u64,
     /// Worn volume \[m³\].
     pub volume: f64,

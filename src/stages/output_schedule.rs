@@ -1,4 +1,4 @@
-//! Position of an iteration in its run, and the outputs that are due there.
+//! Position of an iteration in a run, and the outputs that are due in the iteration.
 
 use super::RunError;
 use crate::recipe::{Recipe, ResonanceOf};
@@ -22,14 +22,14 @@ pub struct OutputSchedule {
     pub cycle_check: bool,
 }
 
-/// Position of an iteration in its run.
+/// Position of an iteration in a run, and the outputs that are due in the iteration.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct IterationSchedule {
     /// The iteration.
     pub wear_iteration: u64,
     /// Cycles up to the previous iteration; `None` in the unworn iteration.
     pub cycles_before: Option<u64>,
-    /// Cycles up to this iteration.
+    /// Number of cycles from the unworn joint to the iteration.
     pub cycles: u64,
     /// Worn volume \[m³\].
     pub volume: f64,

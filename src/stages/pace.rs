@@ -5,10 +5,10 @@ use crate::recipe::Wear;
 use crate::store::History;
 use crate::tables::{TableError, typed};
 
-/// Number of last wear steps over which the pace is averaged.
+/// Number of last wear steps in the average of the pace.
 const LATE_STEPS: usize = 3;
-/// Part of a run below which the remaining time is not estimated, because the steps still lengthen and the vibration
-/// still changes.
+/// Part of a run without an estimate of the remaining time. In this part of the run, the steps still lengthen and the
+/// vibration still changes.
 const FIRST_PART: f64 = 0.2;
 
 /// The pace of a run.
@@ -82,8 +82,8 @@ impl Pace {
         *own += seconds;
     }
 
-    /// Closes the current iteration at these cycles and this worn volume \[m³\]. An iteration with the same cycles as
-    /// the last one is a repeated commit of a continued run and is not counted again.
+    /// Closes the current iteration at the number `cycles` of cycles and the worn volume `volume` \[m³\]. A continued
+    /// run can commit an iteration again, with an unchanged number of cycles. The pace ignores a repeated iteration.
     pub fn commit(&mut self, cycles: u64, volume: f64) {
         let seconds = std::mem::take(&mut self.current);
         if self
@@ -109,7 +109,8 @@ impl Pace {
         self.iterations.last().map_or(0.0, |last| last.part)
     }
 
-    /// Returns the iteration before the last wear steps, and these steps.
+    /// Returns the last wear steps, at most `LATE_STEPS`, and the iteration before the first of the returned wear
+    /// steps.
     fn last_steps(&self) -> Option<(&Iteration, &[Iteration])> {
         let steps = self.iterations.len().checked_sub(1)?;
         let (before, late) = self.iterations[steps.saturating_sub(LATE_STEPS)..].split_first()?;
@@ -124,9 +125,9 @@ impl Pace {
         (cycles > 0 && seconds > 0.0).then(|| cycles as f64 / seconds)
     }
 
-    /// Estimates the remaining time \[s\]. The estimate assumes that wear steps do not become shorter, that the
-    /// remaining vibrations take at most as long as all vibrations so far, and that the last forced response takes as
-    /// long as the first. Returns `None` before two wear steps and a fifth of the run.
+    /// Estimates the remaining time \[s\]. The estimate assumes that wear steps do not become shorter. The remaining
+    /// vibrations take at most as long as all vibrations so far. The last forced response takes as long as the first
+    /// forced response. Returns `None` before two wear steps and a fifth of the run.
     pub fn seconds_left(&self) -> Option<f64> {
         let (before, late) = self.last_steps()?;
         let [first, .., penultimate, last] = &self.iterations[..] else {

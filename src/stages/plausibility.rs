@@ -1,17 +1,19 @@
-//! Plausibility checks of a computed state: natural frequencies near the drive, and the largest pressure, slip and
-//! worn depth relative to their natural scales.
+//! Plausibility checks of a computed state. The checks compare the natural frequencies with the frequency of the drive.
+//! The checks compare pressure with Young's modulus, slip with the cell size, and worn depth with the roughness.
 
 use super::RunError;
 use crate::recipe::{Check, Contact, Recipe};
 use crate::store::RunReader;
 use crate::tables::{TableName, typed};
 
-/// Half range of slip over the cell size above which the fixed heights of the cells are questionable.
+/// Largest ratio of the half range of slip to the cell size. Above this ratio, the fixed heights of the cells are
+/// questionable.
 const LARGEST_SLIP: f64 = 1.0;
-/// The slip path per cycle is this many half ranges.
+/// The slip path per cycle is `HALF_RANGES` times the half range of the slip.
 const HALF_RANGES: f64 = 4.0;
 
-/// Returns the checks of the last state of a run, and of the pressure in the unworn state, where it was highest.
+/// Returns the checks of the last state of a run. The function also checks the pressure in the unworn state, because
+/// the pressure is highest in the unworn state.
 ///
 /// # Errors
 /// Errors of reading the run.
@@ -116,7 +118,8 @@ fn natural_frequencies(reader: &RunReader, recipe: &Recipe) -> Result<Option<Che
     }))
 }
 
-/// Compares the slip of the cells with their size. Cells that do not touch move too, but do not wear.
+/// Compares the slip of the touching cells with the cell size. The function skips cells that do not touch, because a
+/// cell without contact does not wear.
 fn slip(reader: &RunReader, recipe: &Recipe, last: u64) -> Result<Option<Check>, RunError> {
     let fields: typed::ContactField = reader.typed(last)?;
     let (Some(paths), Some(surface)) = (fields.slip_path, recipe.surface()) else {

@@ -17,18 +17,18 @@ use crate::tables::{TableName, Tables};
 pub struct Recomputed {
     /// Tables of the stage.
     pub tables: Tables,
-    /// Whether each table is identical, to the last bit, to the stored table. Tables that were not due, or that a
-    /// later stage overwrites, are not included.
+    /// Whether each table is identical, to the last bit, to the stored table. The comparison omits tables that were not
+    /// due, and tables that a later stage overwrites.
     pub same: BTreeMap<TableName, bool>,
 }
 
 /// Computes a stage of an iteration again. The iteration does not matter for a stage that runs once per run.
-/// `recompute` reads the inputs from the commit. If a later stage has overwritten an input, `recompute` also repeats
-/// the stage that first wrote this input.
+/// `recompute` reads the inputs from the commit. If a later stage overwrites an input, `recompute` repeats the stage
+/// that wrote the input first.
 ///
 /// # Errors
-/// [`RunError::NotInIteration`], [`RunError::WithoutTheOneBefore`], [`RunError::OfAnotherScene`], errors of reading
-/// the run, and errors of the stage.
+/// [`RunError::NotInIteration`], [`RunError::WithoutTheOneBefore`] and [`RunError::OfAnotherScene`]. Errors of reading
+/// the run and errors of the stage.
 pub fn recompute(
     reader: &RunReader,
     inputs: &Inputs,

@@ -18,7 +18,7 @@ pub const TABLES: [TableName; 5] = [
     TableName::StructureDamping,
 ];
 
-/// Returns the reduced structure from its tables; `None` for an oscillator.
+/// Builds the reduced structure from the tables of the stage `structure`. Returns `None` for an oscillator.
 pub fn reduced_of(reads: &StageInputs) -> Result<Option<ReducedStructure>, RunError> {
     let Some(structure) = reads.optional_table::<typed::Structure>()? else {
         return Ok(None);
@@ -46,8 +46,7 @@ impl ReducedTables {
     /// Reads the tables of a run; `None` if the run has no finite element structure.
     ///
     /// # Errors
-    /// [`RunError`] for a table that cannot be read, and [`StoreError::Damaged`] for tables that do not match each
-    /// other.
+    /// [`RunError`] if a table cannot be read. [`StoreError::Damaged`] if the tables do not match each other.
     pub fn of(run: &RunReader) -> Result<Option<ReducedTables>, RunError> {
         fn read<T: TypedTable>(run: &RunReader, table: TableName) -> Result<Option<T>, RunError> {
             let table = run.read_once(table)?;

@@ -1,4 +1,5 @@
-//! The unworn joint under its load, once per run. The unworn joint is the reference for all changes during the run.
+//! The run solves the unworn joint under the load of the scene once. The unworn joint is the reference for all changes
+//! during the run.
 
 use super::RunError;
 use super::contact_elements::{linearise, springs};
@@ -14,8 +15,8 @@ use crate::recipe::{ElementStiffness, Part};
 use crate::tables::{TableName, typed};
 use crate::wear::WearError;
 
-/// The approach from which a bolt begins to lose load, and the contact elements whose springs define the modal
-/// damping of the stuck joint.
+/// The stage computes the approach at which a bolt begins to lose load. The stage also computes the contact elements
+/// whose springs define the modal damping of the stuck joint.
 pub const DECLARATION: Declaration = Declaration {
     stage: Stage::Reference,
     when: When::Once,

@@ -1,5 +1,5 @@
-//! Notices about a steady response: too few harmonics, an inaccurate reduced structure, an unclear peak, a contact
-//! that never closes.
+//! The run warns about a steady response with too few harmonics or with an unclear peak. The run warns about an
+//! inaccurate reduced structure and about a contact that never closes.
 
 use std::f64::consts::TAU;
 
@@ -13,10 +13,10 @@ use crate::tables::typed;
 
 /// Harmonic with the largest friction after the first harmonic.
 const FRICTION_HARMONIC: u32 = 3;
-/// The run warns if the error of the reduced structure exceeds this value.
+/// The run warns if the relative error of the reduced structure exceeds `LARGEST_REDUCTION_ERROR`.
 const LARGEST_REDUCTION_ERROR: f64 = 0.02;
-/// The run warns if an update changes the amplitude by more than this factor. Updates are due at changes of a few
-/// percent.
+/// The run warns if an update of the contact elements changes the amplitude by more than the factor `LARGEST_JUMP`.
+/// Updates are due at changes of a few percent.
 const LARGEST_JUMP: f64 = 1.25;
 /// Warns if the harmonics could not be extended far enough.
 pub fn warn_missing_harmonics(
@@ -32,7 +32,7 @@ pub fn warn_missing_harmonics(
         ("amplitude", truncation.amplitude),
         ("dissipation", truncation.friction_energy),
     ];
-    // Without friction there is no dissipation, and its error does not matter.
+    // Without friction the contact dissipates no energy, so the error of the dissipation does not matter.
     let mut elements = resolved.balance.elements().iter();
     let has_friction = elements
         .any(|element| element.friction_coefficient > 0.0 && element.tangential_stiffness() > 0.0);
@@ -110,8 +110,8 @@ pub fn warn_reduction(
     Ok(())
 }
 
-/// Warns if an update changes the amplitude strongly. After a strong change, the joint may have two steady responses,
-/// or the updates may be too far apart.
+/// Warns if an update changes the amplitude strongly. If the amplitude changes strongly, the joint may have two steady
+/// responses, or the updates may be too far apart.
 pub fn warn_jump(
     reads: &StageInputs,
     outputs: &mut Outputs,
@@ -153,8 +153,8 @@ pub fn warn_open(outputs: &mut Outputs, elements: &[ContactElement], cycle: &Joi
     ));
 }
 
-/// Warns about an unclear resonance: no response, no damping, no phase resonance, or a peak at an end of the range or
-/// of a branch.
+/// Warns if the resonance is unclear. A resonance is unclear without response, damping or phase resonance, or if the
+/// peak is at an end of the range or of a branch.
 pub fn warn_resonance(outputs: &mut Outputs, vibration: &Vibration, resonance: &Resonance) {
     if resonance.is_still {
         let rows = &resonance.peak.displacement;

@@ -21,8 +21,8 @@ use crate::store::{
 };
 use crate::tables::{Table, TableName, typed};
 
-/// Keys that cannot alter computed iterations: where a run stops, which iterations it keeps, and when data are
-/// flushed to disk.
+/// Keys that do not affect computed iterations. The keys define the end of a run, the kept iterations, and the times of
+/// writing to the disk.
 pub const FREE_KEYS: [&str; 7] = [
     "wear.cycles",
     "wear.volume",
@@ -33,37 +33,38 @@ pub const FREE_KEYS: [&str; 7] = [
     "output.resonance",
 ];
 
-/// Keys that must be equal in a run and in its source run: the wear belongs to the cells and heights that wore. With
-/// a structure, these are the cells of its contact elements.
+/// A sibling run and the source run must have equal values of the keys `INHERITED_KEYS`. The inherited wear applies
+/// only to the same cells and heights. In a scene with a structure, the wear belongs to the cells of the contact
+/// elements.
 const INHERITED_KEYS: [&str; 3] = ["joint.*", "surface.*", "structure.kind"];
 
 /// Start of a sibling run: an iteration of another run.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Source {
-    /// Folder of the other run.
+    /// Folder of the source run.
     pub run: PathBuf,
-    /// Iteration of the other run.
+    /// Iteration of the source run.
     pub wear_iteration: u64,
 }
 
 /// Options of a run.
 pub struct RunOptions<'a> {
-    /// Recipe and contents of its input files.
+    /// Recipe of the run, and the contents of the input files of the recipe.
     pub inputs: &'a Inputs,
     /// Folder of the run.
     pub root: PathBuf,
-    /// Iteration of another run from which this run begins.
+    /// Iteration of another run from which the run begins.
     pub source: Option<Source>,
     /// The run ends after this stage.
     pub until: Option<Stage>,
-    /// Number of threads for the transforms of the contact solvers. Results do not depend on it.
+    /// Number of threads for the transforms of the contact solvers. Results do not depend on the number of threads.
     pub threads: usize,
     /// Cache of reduced structures, shared between runs; `None` disables sharing.
     pub cache: Option<Cache>,
     /// File system for all files of the run.
     pub file_system: Arc<dyn FileSystem>,
-    /// Called before every iteration except the unworn one, with the number of iterations committed since this start.
-    /// The run ends there if it returns true.
+    /// `run` calls `stop` before every iteration except the unworn iteration. The argument of `stop` is the number of
+    /// iterations committed since the start. If `stop` returns true, the run ends before the iteration.
     pub stop: &'a dyn Fn(u64) -> bool,
 }
 
@@ -85,9 +86,9 @@ pub struct Outcome {
     pub ending: Ending,
     /// The last committed iteration.
     pub wear_iteration: Option<u64>,
-    /// Hash of its commit, as known to this process.
+    /// Hash of the commit of the last committed iteration, as known to the current process.
     pub commit: Option<String>,
-    /// Its summary.
+    /// Summary of the last committed iteration.
     pub summary: Option<Table>,
     /// The unworn joint and the joint of the last iteration.
     pub ends: Option<RunEnds>,
@@ -123,7 +124,7 @@ pub fn run(options: &RunOptions, observer: &dyn Observer) -> Result<Outcome, Run
     Ok(outcome)
 }
 
-/// Runs the scene on half the grid first, if the scene requests this check, then the run itself.
+/// If the scene requests a grid check, runs the scene on half the grid first. Then runs the scene on the whole grid.
 fn run_with_grid_check(
     options: &RunOptions,
     store: &mut RunStore,
@@ -190,8 +191,8 @@ fn pass_through(
     }
 }
 
-/// Returns true if a run is done and all its tables exist. Tables that are computed once per run are computed again
-/// if they are damaged or missing, even after the run is done.
+/// Returns true if a run is done and all its tables exist. The next start computes a damaged or missing table of
+/// `once/` again, even after the end of the run.
 fn is_complete(
     store: &RunStore,
     inputs: &Inputs,
@@ -261,7 +262,7 @@ pub(super) fn has_lost_before(
     let Some(before) = wear_iteration.checked_sub(1).filter(|_| ends) else {
         return Ok(false);
     };
-    // The losses of a run of another scene do not count for this run.
+    // If another scene computed the previous iteration, the loss of load in the previous iteration does not count.
     if reader.scene_hash_of(before)? != reader.record().scene_hash {
         return Ok(false);
     }
@@ -277,7 +278,7 @@ fn check_until(recipe: &Recipe, until: Option<Stage>) -> Result<(), RunError> {
     }
 }
 
-/// Returns the identity of a run of these inputs.
+/// Returns the identity of a run with the given inputs.
 pub fn identity_of(inputs: &Inputs) -> RunIdentity {
     let surface = inputs.recipe.surface();
     let seed = surface.and_then(|surface| surface.heights.seed());
@@ -320,8 +321,8 @@ fn open(options: &RunOptions, observer: &dyn Observer) -> Result<RunStore, RunEr
     if inputs.recipe.wear.is_some() {
         report_commit(&store, inputs, observer)?;
     }
-    // Prunes here too: a run that was killed before pruning, or that is done and now keeps less, has no further
-    // commit.
+    // Prune the run at each start, because a finished run makes no further commit that prunes. An earlier process may
+    // have ended before pruning, or the scene may keep fewer iterations than before.
     prune(&mut store, inputs)?;
     Ok(store)
 }

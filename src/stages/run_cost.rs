@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use crate::store::{RunReader, StoreError};
 
-/// Cost of a run over all its starts: sums over all iterations, including pruned ones.
+/// Cost of a run over all starts of the run. The cost includes all iterations, even pruned iterations.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct RunCost {
     /// Number of committed wear iterations, without the unworn state.

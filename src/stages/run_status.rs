@@ -15,7 +15,7 @@ use crate::tables::typed;
 pub struct LastUpdate {
     /// Iteration of the update.
     pub wear_iteration: u64,
-    /// Cycles up to this iteration; `None` if the history lacks the row of this iteration.
+    /// Number of cycles from the unworn joint to the iteration. `None` if the history lacks the row of the iteration.
     pub cycles: Option<u64>,
     /// Number of updates so far, without the first elements.
     pub updates: u64,

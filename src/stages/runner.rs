@@ -1,5 +1,6 @@
-//! Runs the stages of a run: computes their keys, reuses the results of an earlier start, runs, times and writes
-//! them, and passes notices on. The runner does not depend on the list of stages or on their contents.
+//! Runs the stages of a run. For each stage, the runner computes the key and reuses a result of an earlier start with
+//! the same key. The runner times each stage, writes the tables and passes notices on. The runner does not depend on
+//! the list of stages or on their contents.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -154,8 +155,8 @@ impl<'a> Runner<'a> {
         StageKey::new(name, &writes, &parameters.into(), &upstream)
     }
 
-    /// Obtains the tables of a stage that runs once per run: from this run, from the cache of another run, or by
-    /// computing them.
+    /// Returns the tables of a stage that runs once per run. The runner reads the tables from the run or from the cache
+    /// that runs share, or the runner computes the tables.
     pub fn once(
         &mut self,
         stage: &'static Declaration,
@@ -285,7 +286,7 @@ impl<'a> Runner<'a> {
         work(&reads, &mut self.solvers)
     }
 
-    /// Keeps those tables of a stage that other stages read.
+    /// Keeps the tables of a stage in memory if other stages read the tables.
     fn keep_read_tables(&mut self, tables: Tables) {
         let read = tables.into_iter().filter(|(name, _)| is_read(name));
         self.once.extend(read);
@@ -333,8 +334,8 @@ impl<'a> Runner<'a> {
             if !(stage.is_due)(&moment) {
                 continue;
             }
-            // Ends after the stage `until`. If it is the last stage of the iteration, the iteration is committed
-            // first.
+            // Ends after the stage `until`. If `until` is the last stage of the iteration, the runner commits the
+            // iteration before the run ends.
             if let Some(ended) = last.filter(|ended| until == Some(*ended)) {
                 return Ok(Some(ended));
             }
@@ -421,8 +422,8 @@ impl<'a> Runner<'a> {
         Ok(outputs.tables)
     }
 
-    /// Returns the cost of everything computed after the first `rows` rows of the timing table. The runner stores this
-    /// cost with the results.
+    /// Returns the cost of everything computed after the first `rows` rows of the timing table. The runner stores the
+    /// returned cost with the results of the stage.
     fn cost_since(&self, rows: usize) -> Result<Table, RunError> {
         let cost = typed::Timing {
             stage: self.timing.stage[rows..].to_vec(),
@@ -445,9 +446,9 @@ impl<'a> Runner<'a> {
         Ok(())
     }
 
-    /// Reads the tables of an iteration that the stages of the next iteration read. The runner reads these tables from
-    /// the commit, so that a continued run computes from exactly the same numbers as an uninterrupted run. The runner
-    /// first balances an iteration inherited from a run of another scene under the scene of this run.
+    /// Reads the tables of an iteration that the stages of the next iteration read. The runner reads the tables from
+    /// the commit. A continued run and an uninterrupted run then compute from the same numbers. If another scene
+    /// computed an inherited iteration, the runner balances the inherited iteration under the scene of the run.
     pub fn previous_tables(
         &mut self,
         reader: &RunReader,
@@ -472,7 +473,7 @@ impl<'a> Runner<'a> {
 
     /// Loads the results of the unworn iteration from the history, since the iteration itself may be pruned.
     fn load_unworn(&mut self, reader: &RunReader) -> Result<(), RunError> {
-        // The unworn state of another scene is no reference for changes in this scene.
+        // If another scene computed the unworn state, the unworn state is no reference for changes in the run.
         let record = reader.record();
         if self.unworn.is_empty() && reader.scene_hash_of(0)? == record.scene_hash {
             let history = reader.history()?;
@@ -521,7 +522,8 @@ impl<'a> Runner<'a> {
             tables.extend(balanced);
         }
         tables.insert(TableName::WearStep, inherited[&TableName::WearStep].clone());
-        // Omits the results that depend on the changed keys. The error bars would treat their change as wear.
+        // Omits the results that depend on the changed keys. The error bars would treat a change of the omitted results
+        // as wear.
         let summary = typed::Summary {
             resonance_frequency: None,
             peak_amplitude: None,
@@ -655,8 +657,8 @@ fn rewritten_tables(recipe: &Recipe, wear_iteration: u64, stage: &Declaration) -
     written.filter(|table| later.contains(table)).collect()
 }
 
-/// Reads a table of a committed iteration. Returns `None` if the table was not due, or if the source run has no such
-/// table.
+/// Reads a table of a committed iteration. Returns `None` if the iteration has no table with the name `name`. A table
+/// is missing if the table was not due, or if the source run lacks the table.
 pub fn read_optional(
     reader: &RunReader,
     wear_iteration: u64,

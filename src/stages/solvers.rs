@@ -1,5 +1,6 @@
-//! Solvers that stages share. Each solver is built at its first use, from the recipe and the tables of the run.
-//! Solvers keep no state of a run: a stage sets the motion of the joint, and the joint is reset for the next stage.
+//! Solvers that stages share. `Solvers` builds each solver at the first use of the solver, from the recipe and the
+//! tables of the run. Solvers store no state of a run. A stage sets the motion of the joint. The solvers reset the
+//! joint at the beginning of each stage.
 
 use std::rc::Rc;
 
@@ -39,8 +40,9 @@ pub struct Solvers {
     vibration: Option<Rc<Vibration>>,
     costs: Vec<PartCost>,
     gauge: Gauge,
-    /// The cycle at the end of the last wear step. The stage that computes the same cycle takes it from here. After a
-    /// restart it is `None`, and the stage computes the cycle again, with identical results.
+    /// The cycle at the end of the last wear step. A stage that needs the end cycle takes the cycle from `end` and does
+    /// not compute the cycle again. After a restart `end` is `None`, and the stage computes the cycle with identical
+    /// results.
     pub end: Option<EndCycle>,
     /// Forced response with unchanged contact elements, and its harmonics, for the stage that writes it.
     pub forced_response: Option<(Harmonics, Vec<ForcedPoint>)>,
@@ -49,8 +51,8 @@ pub struct Solvers {
 }
 
 impl Solvers {
-    /// Creates solvers that share their transforms among `threads` threads. Results do not depend on the number of
-    /// threads. The `gauge` counts the work for observers.
+    /// Creates solvers that compute the Fourier transforms with `threads` threads. Results do not depend on the number
+    /// of threads. The `gauge` counts the work for observers.
     pub fn new(threads: usize, gauge: Gauge) -> Solvers {
         Solvers {
             threads: Threads::new(threads),

@@ -10,7 +10,7 @@ pub enum Stage {
     Structure,
     /// The unworn surface, once per run.
     Surface,
-    /// The unworn joint under its load, once per run.
+    /// The run solves the unworn joint under the load of the scene once.
     Reference,
     /// The wear of the same scene on half the grid, once per run.
     GridTwin,
@@ -24,7 +24,8 @@ pub enum Stage {
     ModelUpdate,
     /// The steady vibration.
     DynamicResponse,
-    /// The vibration of the worn joint over the frequency range, where the scene requests it.
+    /// The forced response of the worn joint over the frequency range. The stage runs only if the scene requests the
+    /// forced response.
     ForcedResponse,
     /// Shear, slip and dissipation over a steady cycle.
     FrettingCycle,
@@ -50,7 +51,7 @@ pub enum When {
 }
 
 impl When {
-    /// Returns true if the stage runs in this iteration.
+    /// Returns true if a stage with the rule `self` runs in iteration `wear_iteration`.
     pub fn is_in(self, wear_iteration: u64) -> bool {
         match self {
             When::Once => false,

@@ -16,13 +16,13 @@ pub struct StageInputs<'a> {
     pub recipe: Recipe,
     /// The iteration.
     pub wear_iteration: u64,
-    /// True if this iteration writes the curves behind the stiffnesses.
+    /// True if the iteration writes the force-displacement curves of the stiffnesses.
     pub curves_due: bool,
-    /// True if the run ends with this iteration.
+    /// True if the iteration is the last iteration of the run.
     pub is_last: bool,
-    /// True if this iteration writes a forced response.
+    /// True if the iteration writes a forced response.
     pub forced_response_due: bool,
-    /// True if the cycle of this iteration is compared with a stepped cycle.
+    /// True if the iteration compares the reversal cycle with a stepped cycle.
     pub cycle_check_due: bool,
     declared: DeclaredInputs,
     inputs: &'a Inputs,
@@ -69,9 +69,9 @@ impl Outputs {
 impl<'a> StageInputs<'a> {
     /// Collects the inputs of a stage.
     ///
-    /// `tables` contains the tables that the earlier stages of this iteration have written, and the tables of the run.
-    /// `before` contains the tables of the previous iteration, and is empty if no previous iteration exists. `unworn`
-    /// contains the one-row tables of the first iteration.
+    /// `tables` contains the tables that the run computes once. `tables` also contains the tables of earlier stages of
+    /// the iteration. `before` contains the tables of the previous iteration, and is empty if no previous iteration
+    /// exists. `unworn` contains the one-row tables of the first iteration.
     pub fn new(
         declared: DeclaredInputs,
         inputs: &'a Inputs,
@@ -109,12 +109,13 @@ impl<'a> StageInputs<'a> {
         }
     }
 
-    /// Returns a table of the run or of this iteration.
+    /// Returns the table `T` from the current iteration or from the tables that are computed once per run.
     pub fn table<T: TypedTable>(&self) -> Result<T, RunError> {
         self.optional_table()?.ok_or_else(|| self.missing(T::TABLE))
     }
 
-    /// Returns a table of the run or of this iteration, or `None` if it does not exist.
+    /// Returns the table `T` from the current iteration or from the tables that are computed once per run. Returns
+    /// `None` if the table does not exist.
     pub fn optional_table<T: TypedTable>(&self) -> Result<Option<T>, RunError> {
         self.require_declared(T::TABLE, self.declared.reads);
         let table = self.tables.iter().find_map(|tables| tables.get(&T::TABLE));
@@ -148,7 +149,8 @@ impl<'a> StageInputs<'a> {
         &self.inputs.motion
     }
 
-    /// Returns the wear of the same scene on half the grid, if the scene requests this check and it has run.
+    /// Returns the wear of the run on half the grid. Returns `None` if the scene requests no grid check, or before the
+    /// run on half the grid is done.
     pub fn grid_twin(&self) -> Option<&GridTwin> {
         self.require_part(Part::GridCheck);
         self.inputs.grid_twin.as_deref()

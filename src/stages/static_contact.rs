@@ -18,7 +18,7 @@ use crate::wear::curves::{self, Curve};
 use crate::wear::indentation::{Friction, indent};
 
 /// The static contact of the worn surface, [A eq. 2.3–2.4], starting from the pressure that a wear step predicts. The
-/// fields of the static contact also contain the predicted shear, from which the cycle starts.
+/// fields of the static contact include the predicted shear, from which the computation of the cycle starts.
 pub const DECLARATION: Declaration = Declaration {
     stage: Stage::StaticContact,
     when: When::Always,
@@ -257,7 +257,7 @@ fn contact_under_outer_bolt(
     Ok((solution.load, solution))
 }
 
-/// Returns the remaining load of the bolt \[N\] and the contact of a worn joint under this load.
+/// Returns the remaining load of the bolt \[N\] and the contact of a worn joint under the remaining load.
 fn contact_under_bolt(
     joint: &mut FrettingJoint,
     bolt: Bolt,

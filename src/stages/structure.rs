@@ -28,8 +28,8 @@ const TABLES: [TableName; 7] = {
     ]
 };
 
-/// Modes, residual flexibility and outline of a structure. Modes and flexibility refer to its contact elements and
-/// points.
+/// Modes, residual flexibility and outline of a structure. The modes and the flexibility refer to the contact elements
+/// and the points of the structure.
 pub const DECLARATION: Declaration = Declaration {
     stage: Stage::Structure,
     when: When::Once,

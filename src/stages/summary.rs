@@ -16,8 +16,8 @@ use crate::surface::statistics::roughness;
 use crate::tables::{TableName, typed};
 use crate::wear::coarse::depth_quantile;
 
-/// A cell counts as loaded if its pressure exceeds this part of the largest pressure. The area with p > 0 alone
-/// depends on cells that carry almost no load.
+/// A cell counts as loaded if the pressure of the cell exceeds `LOADED_PRESSURE` times the largest pressure. The area
+/// with p > 0 alone depends on cells that carry almost no load.
 pub(super) const LOADED_PRESSURE: f64 = 1e-3;
 
 /// The results of an iteration, with the error bars of a worn state.
@@ -100,9 +100,9 @@ fn vibration_summary(reads: &StageInputs) -> Result<typed::Summary, RunError> {
     })
 }
 
-/// Returns the relative error of the peak amplitude. The error is at least the amount by which the largest amplitude
-/// of the forced response exceeds the peak. An unknown error ([`ALL`] or more) stays as it is: its size shows the
-/// bound by damping, or that no bound exists.
+/// Returns the relative error of the peak amplitude. The error is at least the amount by which the largest amplitude of
+/// the forced response exceeds the peak. An unknown error ([`ALL`] or more) stays unchanged. The size of an unknown
+/// error shows if the damping gives a bound.
 fn error_of_peak(response: &typed::DynamicResponse, forced: Option<&typed::Frf>) -> f64 {
     let error = response.error_peak_amplitude;
     if error >= UNKNOWN {
@@ -270,7 +270,7 @@ mod tests {
         };
         assert_eq!(error(2.0, 0.01), 0.25);
         assert_eq!(error(3.0, 0.01), 0.01);
-        // An unknown error stays as it is.
+        // An unknown error of the peak amplitude has the value 1, and the forced response does not change the value.
         assert_eq!(error(2.0, 1.0), 1.0);
         assert_eq!(error(0.5, 1.0), 1.0);
         assert_eq!(error(0.0, 0.01), 0.01);

@@ -22,15 +22,16 @@ use crate::wear::implicit::{self, Limits, Step};
 use crate::wear::joint::WornState;
 use crate::wear::{FrettingJoint, WearLaw, explicit};
 
-/// A table cannot store infinity. A joint that does not wear proposes this number of cycles.
+/// For a joint without wear, the step control proposes `LONGEST_PROPOSAL` cycles, because a table cannot store
+/// infinity.
 const LONGEST_PROPOSAL: f64 = 1e18;
 
 /// Safety factor on the step to the requested volume. The rate of wear may still grow during running-in, and the step
 /// must not pass the volume.
 const VOLUME_MARGIN: f64 = 0.98;
 
-/// A step to the volume of the next update is longer by this factor than the initial rate gives, since the rate
-/// decreases slightly within the step.
+/// The initial wear rate gives the length of a step to the volume of the next update. The step is `GROWTH_MARGIN` times
+/// as long, because the wear rate decreases slightly within the step.
 const GROWTH_MARGIN: f64 = 1.08;
 
 /// The state without wear.
@@ -243,8 +244,8 @@ fn compute(reads: &StageInputs, solvers: &mut Solvers) -> Result<Outputs, RunErr
     Ok(outputs)
 }
 
-/// Returns the number of cycles that a step from `cycles` must not pass: the end of the run, or the next requested
-/// response.
+/// Returns the largest number of cycles at the end of a step from `cycles`. The limit is the end of the run or the next
+/// requested response.
 fn cycle_limit(reads: &StageInputs, wear: &Wear, cycles: u64) -> u64 {
     let response_cycles = &reads.recipe.output.response_at;
     let next = response_cycles.iter().copied().find(|&at| at > cycles);

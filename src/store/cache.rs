@@ -32,8 +32,8 @@ impl Cache {
         &self.root
     }
 
-    /// Returns the tables of a result if all of them are stored under this key and verify. Otherwise returns the
-    /// reason.
+    /// Returns the tables of a result if the cache has all tables under the key `key` and all tables verify. Otherwise
+    /// returns the reason.
     ///
     /// # Errors
     /// Returns [`StoreError::Io`] if a stored table cannot be read, and [`StoreError::Table`] if a file contains
@@ -55,7 +55,7 @@ impl Cache {
         Ok(StoredResult::Valid(values_by_table))
     }
 
-    /// Stores a result, and replaces one that does not verify.
+    /// Stores a result, and replaces a stored result that does not verify.
     ///
     /// # Errors
     /// [`StoreError::Locked`] while another process writes, [`StoreError::NoSpace`] before anything is written,
@@ -67,14 +67,15 @@ impl Cache {
         provenance: &Provenance,
     ) -> Result<(), StoreError> {
         self.files.make_dir(&self.root)?;
-        // One writer at a time. Process numbers cannot name drafts: two containers that share a cache may have the same
-        // ones.
+        // One writer at a time. Process numbers cannot name drafts, because processes in two containers that share a
+        // cache may have equal numbers.
         let _guard = self.files.lock(&self.root.join("lock"), &self.root)?;
         let draft = self.root.join("draft");
         self.files.remove_dir_if_there(&draft)?;
         let added = self.add(key, tables, provenance, &draft);
         if added.is_err() {
-            // The unfinished draft is useless. An error of its removal would hide why the write failed.
+            // Remove the useless draft and ignore an error of the removal, because that error would hide the error of
+            // the write.
             drop(self.files.remove_dir_if_there(&draft));
         }
         added

@@ -17,7 +17,7 @@ use std::path::Path;
 pub struct CommitReport {
     /// The iteration.
     pub wear_iteration: u64,
-    /// Damage that prevents the run from continuing here; empty for a sound iteration.
+    /// Damage that prevents the run from continuing from the iteration; empty for a sound iteration.
     pub damage: Vec<Damage>,
     /// Damage to tables outside the chain, which no result depends on.
     pub unchained_damage: Vec<Damage>,
@@ -35,13 +35,13 @@ pub struct OnceReport {
 /// Result of verifying a run.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct VerifyReport {
-    /// Damage of `run.json`, its copy, `scene.toml`, `plan.json`, `schemas.json` and `history.parquet`. The next start
-    /// repairs this damage. The repair loses only the rows of pruned iterations, because no other file contains these
-    /// rows.
+    /// Damage of the files `run.json`, `run.copy.json`, `scene.toml`, `plan.json`, `schemas.json` and
+    /// `history.parquet`. The next start repairs the damaged files. If `history.parquet` is damaged, the repair loses
+    /// the rows of pruned iterations. Only `history.parquet` contains the rows of pruned iterations.
     pub metadata: Vec<Damage>,
-    /// The iterations, ascending, including those that are missing without having been pruned.
+    /// Reports of the iterations, ascending. An iteration that is missing but not pruned has a report with damage.
     pub commits: Vec<CommitReport>,
-    /// The pruned iterations, ascending. The chain continues over them by their recorded hashes.
+    /// The pruned iterations, ascending. The recorded hash of each pruned iteration connects the chain of commits.
     pub pruned: Vec<u64>,
     /// The tables of `once/`.
     pub once: Vec<OnceReport>,
@@ -68,8 +68,8 @@ impl VerifyReport {
 pub(super) struct PrunedIterations {
     /// The pruned iterations.
     pub pruned: BTreeMap<u64, Pruned>,
-    /// True if the list of pruned iterations is lost. If the list is lost, a gap does not break the chain, and the
-    /// store checks a commit after a gap only against its own hash.
+    /// True if the list of pruned iterations is lost. If the list is lost, a gap does not break the chain. The store
+    /// then checks the commit after the gap only against the hash of that commit.
     pub lost: bool,
 }
 
@@ -222,7 +222,8 @@ fn check_files<'a>(
 pub(super) fn check_once(files: &Files, layout: &Layout) -> Result<Vec<OnceReport>, StoreError> {
     let folder = layout.once();
     let entries = files.list(&folder)?;
-    // The table file or its key file may be missing. A table without its key file is also damaged.
+    // Each table of `once/` has a table file and a key file. A table is damaged if the table file or the key file is
+    // missing.
     let tables: BTreeSet<TableName> = entries
         .iter()
         .filter_map(|entry| entry.name.rsplit_once('.'))

@@ -1,4 +1,4 @@
-//! Date of a start, for display. No result depends on it.
+//! Date of a start, for display. No result depends on the date of a start.
 
 use std::time::{SystemTime, UNIX_EPOCH};
 

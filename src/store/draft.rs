@@ -56,7 +56,8 @@ struct StageEntry {
 }
 
 impl StageEntry {
-    /// Returns the tables with their entries. Rejects entries whose file has another name than this stage gives it.
+    /// Returns each table with the entry of the table. Rejects an entry if the file name in the entry is not the file
+    /// name that the stage uses for the table.
     fn entries(&self) -> Result<Vec<(TableName, &TableEntry)>, String> {
         let tables = self.tables.iter().map(|(name, entry)| {
             let table =
@@ -177,8 +178,8 @@ impl Draft {
         Ok(StoredResult::Valid(tables))
     }
 
-    /// Returns the partial results that an earlier start stored for an unfinished stage under the same key, and the
-    /// writer of further ones. [`Draft::put`] removes them.
+    /// Returns the partial results of an earlier start for an unfinished stage with the same key. Also returns a writer
+    /// for further partial results. [`Draft::put`] removes the partial results.
     ///
     /// # Errors
     /// [`StoreError::Io`].
@@ -189,9 +190,9 @@ impl Draft {
         parts::open(&self.files, &self.keys, key)
     }
 
-    /// Writes the tables of a stage to `staging/`, replacing stored ones. A later stage of the same iteration writes
-    /// the `interim` tables again. Each interim table is stored in a file of its own until the commit, so that a later
-    /// stage can be computed again. The `timing` table is stored in the same way, because its cost counts wherever the
+    /// Writes the tables of a stage to `staging/`, and replaces stored tables. A later stage of the same iteration
+    /// writes the `interim` tables again. Each interim table has a separate file until the commit, so that a later
+    /// stage can be computed again. The `timing` table also has a separate file, because its cost counts wherever the
     /// tables are reused.
     ///
     /// # Errors
@@ -400,7 +401,7 @@ pub(super) fn clean_staging(
     }
     let (mut stages, mut kept_files) = (Vec::new(), BTreeSet::new());
     for entry in files.list(&keys)? {
-        // The stage itself checks its parts when it starts.
+        // Skip the parts of a stage, because the stage checks the parts when the stage starts.
         if parts::is_part(&entry.name) {
             continue;
         }

@@ -21,7 +21,7 @@ pub enum StoreError {
         /// The error of the system.
         source: io::Error,
     },
-    /// Another process writes this run.
+    /// Another process has the lock of the run and writes the run.
     #[error("{} is being written by {}; wait for it or stop it", path.display(), process(*pid))]
     Locked {
         /// The run.
@@ -97,12 +97,12 @@ pub enum StoreError {
     OtherLayout {
         /// The run.
         path: PathBuf,
-        /// The number of its layout.
+        /// The layout number of the run.
         found: u64,
-        /// Version and commit of the program that created it, if `run.json` states them.
+        /// Version and commit of the program that created the run, if `run.json` states the version and the commit.
         program: Option<String>,
     },
-    /// A `plan.json` that this program cannot read.
+    /// The program cannot read the `plan.json` of the run.
     #[error(
         "cannot read {}: {reason}; run `fretwear verify`: if it reports damage, `fretwear run` rewrites the file, else continue the run with fretwear {program_version}, which made it",
         path.display()
@@ -160,7 +160,7 @@ pub enum StoreError {
         /// The columns in the previous iteration.
         expected: Vec<String>,
     },
-    /// Too little free space on the disk.
+    /// The disk has too little free space for a write.
     #[error("{} has {free} bytes of free space; {needed} are needed", path.display())]
     NoSpace {
         /// The path of the write.
@@ -193,7 +193,7 @@ pub enum StoreError {
         /// The requested origin.
         expected: String,
     },
-    /// A table that violates its schema, or a file with another table.
+    /// A table violates the schema of the table, or a file contains another table.
     #[error("{}: {source}", path.display())]
     Table {
         /// The file.
@@ -290,10 +290,10 @@ pub enum DamageKind {
     Parent {
         /// Hash of the previous commit.
         expected: Option<String>,
-        /// Parent hash in this commit.
+        /// Hash of the previous commit, as stored in the damaged commit.
         found: Option<String>,
     },
-    /// A commit that is sound in itself but follows a damaged one.
+    /// The commit is sound but follows a damaged commit.
     #[error("follows the damaged iteration {0}")]
     After(u64),
 }
@@ -326,7 +326,7 @@ pub(super) fn list<T: Display>(items: &[T]) -> String {
         .join("; ")
 }
 
-/// Formats ascending numbers, with consecutive ones as a range: `0, 50, 98-100`.
+/// Formats ascending numbers. A range replaces consecutive numbers: `0, 50, 98-100`.
 pub(super) fn ranges(numbers: &[u64]) -> String {
     struct Range(u64, u64);
     impl Display for Range {

@@ -13,7 +13,7 @@ pub enum EntryKind {
     File,
     /// A folder.
     Folder,
-    /// A symbolic link, whatever its target.
+    /// A symbolic link with any target.
     Link,
     /// A pipe, a socket or a device.
     Other,
@@ -51,7 +51,7 @@ pub struct Metadata {
     pub kind: EntryKind,
 }
 
-/// Guard of a lock: dropping it releases the lock.
+/// Guard of a file lock. Dropping the guard releases the lock.
 pub trait LockGuard: Send + Sync {}
 impl LockGuard for File {}
 
@@ -59,7 +59,7 @@ impl LockGuard for File {}
 pub enum LockAttempt {
     /// The lock is ours until the guard is dropped or the process ends.
     Taken(Box<dyn LockGuard>),
-    /// Another process, or another store in this process, has the lock.
+    /// Another process has the lock, or another store in the current process has the lock.
     Held {
         /// Number of that process, if the lock file states it.
         pid: Option<u32>,
@@ -70,7 +70,7 @@ pub enum LockAttempt {
 ///
 /// Every method returns the error of the system; the store adds the path.
 pub trait FileSystem: Send + Sync {
-    /// Creates a folder and its missing parents. An existing folder is not an error.
+    /// Creates a folder and all missing parents of the folder. An existing folder is not an error.
     fn create_dir_all(&self, path: &Path) -> io::Result<()>;
     /// Writes a file that must not exist yet, without syncing it.
     fn write_new(&self, path: &Path, bytes: &[u8]) -> io::Result<()>;
@@ -87,13 +87,13 @@ pub trait FileSystem: Send + Sync {
     fn sync_dir(&self, path: &Path) -> io::Result<()>;
     /// Removes a file.
     fn remove_file(&self, path: &Path) -> io::Result<()>;
-    /// Removes a folder with its content.
+    /// Removes a folder and all files and folders in the folder.
     fn remove_dir_all(&self, path: &Path) -> io::Result<()>;
     /// Lists the entries of a folder, sorted by name.
     fn list(&self, path: &Path) -> io::Result<Vec<Entry>>;
     /// Returns the metadata of a path, `None` if nothing exists there. Does not follow links.
     fn metadata(&self, path: &Path) -> io::Result<Option<Metadata>>;
-    /// Returns the number of bytes that this user can still write at the path.
+    /// Returns the free space at the path for the current user, in bytes.
     fn free_space(&self, path: &Path) -> io::Result<u64>;
     /// Tries to take the exclusive lock of a file, which is created if needed, without waiting.
     fn try_lock(&self, path: &Path) -> io::Result<LockAttempt>;
@@ -132,8 +132,8 @@ pub struct LockHolder {
 const TRIES: usize = 5;
 const BETWEEN_TRIES: Duration = Duration::from_millis(20);
 
-/// Most bytes of a lock file. A lock file contains a process number. After a power cut, a lock file may contain as many
-/// zero bytes, because the program does not sync the lock file.
+/// Most bytes of a lock file. A lock file contains a process number. After a power cut, a lock file can contain up to
+/// `LONGEST_HOLDER` zero bytes, because the program does not sync the lock file.
 const LONGEST_HOLDER: u64 = 20;
 
 impl RealFileSystem {
@@ -241,7 +241,7 @@ impl FileSystem for RealFileSystem {
         if length > most {
             return Err(too_long());
         }
-        // The file may grow while it is read.
+        // Another process may extend the file during reading, so `take` limits the number of bytes.
         let mut bytes = Vec::with_capacity(length as usize);
         file.take(most + 1).read_to_end(&mut bytes)?;
         if bytes.len() as u64 > most {
@@ -266,7 +266,8 @@ impl FileSystem for RealFileSystem {
         File::open(path)?.sync_all()
     }
 
-    // Other systems have no such call: the system itself decides how durable the entries are.
+    // Systems other than Unix have no call that syncs a folder. The operating system decides when the entries of the
+    // folder are durable.
     #[cfg(not(unix))]
     fn sync_dir(&self, _path: &Path) -> io::Result<()> {
         Ok(())
@@ -320,7 +321,8 @@ impl FileSystem for RealFileSystem {
     }
 }
 
-/// Tries once. Returns `None` if the file was removed before it was locked: such a lock excludes nobody.
+/// Opens the lock file and tries to lock the file. Returns `None` if another process removed the file before the lock.
+/// The lock of a removed file does not exclude other processes.
 fn lock_once(path: &Path) -> io::Result<Option<LockAttempt>> {
     let mut options = OpenOptions::new();
     options.read(true).write(true).create(true).truncate(false);

@@ -8,8 +8,8 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Bytes that must stay free in addition to the write: for the manifest, the folder entries and the journal of the file
-/// system.
+/// Number of bytes that must stay free after a write. The manifest, the folder entries and the journal of the file
+/// system need the free bytes.
 const SPARE_BYTES: u64 = 1 << 20;
 
 /// Most bytes of a JSON or TOML file of a run. A JSON file of a run may contain the text of a long scene.
@@ -19,7 +19,7 @@ pub(super) const LONGEST_METADATA: u64 = 64 << 20;
 /// otherwise announce a file of any length.
 pub(super) const LONGEST_TABLE: u64 = 8 << 30;
 
-/// [`FileSystem`] with paths in its errors.
+/// Wraps a [`FileSystem`] and adds the path of the file to each error.
 #[derive(Clone)]
 pub(super) struct Files(pub Arc<dyn FileSystem>);
 
@@ -55,7 +55,8 @@ impl Files {
         self.sync_file(path)
     }
 
-    /// Writes a file that must not exist yet. A power cut may truncate it.
+    /// Writes a file that must not exist yet. The function does not sync the file, so a power cut may truncate the
+    /// file.
     pub fn write_unsynced(&self, path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
         self.0
             .write_new(path, bytes)
@@ -73,7 +74,7 @@ impl Files {
             .map_err(io_error("create the folder", path))
     }
 
-    /// Reads a file of at most `most` bytes. Returns `None` if it does not exist.
+    /// Reads a file of at most `most` bytes. Returns `None` if the file does not exist.
     fn read_if_there(&self, path: &Path, most: u64) -> Result<Option<Vec<u8>>, StoreError> {
         match self.0.read(path, most) {
             Ok(bytes) => Ok(Some(bytes)),
@@ -82,7 +83,7 @@ impl Files {
         }
     }
 
-    /// Reads a JSON or TOML file. A missing or too long file is damage.
+    /// Reads a JSON or TOML file. A missing file, or a file longer than `LONGEST_METADATA`, counts as damage.
     pub fn read_metadata(&self, path: &Path) -> Result<Result<Vec<u8>, Damage>, StoreError> {
         self.read_bounded(path, LONGEST_METADATA)
     }
@@ -215,7 +216,8 @@ impl Files {
         self.rename(&new_path, path)
     }
 
-    /// As [`Files::replace`], but does nothing if the file has this content already.
+    /// Replaces the content of a file like [`Files::replace`]. Does nothing if the file already has the content
+    /// `bytes`.
     pub fn replace_if_different(&self, path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
         match self.read_metadata(path)? {
             Ok(current) if current == bytes => Ok(()),
@@ -223,7 +225,8 @@ impl Files {
         }
     }
 
-    /// Reads a file if its length and hash are the expected ones.
+    /// Reads a file and checks the length and the hash of the file. Returns damage if the length or the hash differs
+    /// from the expected value.
     pub fn read_verified(
         &self,
         path: &Path,

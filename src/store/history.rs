@@ -1,11 +1,14 @@
 //! `history.parquet`: one row per iteration of a run, pruned iterations included.
 //!
-//! A row has the columns of the iteration's one-row tables, its times and transform pairs per stage, and the hash of
-//! its commit. Columns of `summary` keep their names; columns of other tables are prefixed by the name of their table.
-//! The chain continues over a pruned iteration by its row. The rows of kept iterations follow from their folders. The
-//! file may therefore be some rows behind, and is completed from the folders.
+//! The row of an iteration contains the columns of the one-row tables and the hash of the commit. The row also contains
+//! the time and the number of transform pairs of each stage. A column of `summary` has the same name in
+//! `history.parquet`. For a column of another table, the name begins with the name of the table. The row of a pruned
+//! iteration connects the chain of commits over the pruned iteration. The row of a kept iteration follows from the
+//! folder of the iteration. `history.parquet` may lack the last rows, and the store computes the missing rows from the
+//! folders of the kept iterations.
 //!
-//! The file ends with a text that contains a hash: the hash of the file with zeros in its place.
+//! `history.parquet` ends with a text that contains the hash of the file. For the computation of the hash, zeros
+//! replace the hash in the text.
 
 use super::commit::Commit;
 use super::error::{Damage, DamageKind, StoreError};
@@ -21,8 +24,8 @@ use serde_json::json;
 use std::collections::BTreeMap;
 use std::sync::LazyLock;
 
-/// Number of rows up to which the file is written after every commit. Writing costs time in proportion to the rows, so
-/// longer files are written less often, at the same share of the run time.
+/// Number of rows up to which the file is written after every commit. The time of a write is proportional to the number
+/// of rows. The store writes a long file less often, so that the share of the run time stays the same.
 const ROWS_AT_ONCE: u64 = 1024;
 
 /// Upper bound of the wear iterations of any run.
@@ -127,7 +130,7 @@ impl History {
         self.links.is_empty()
     }
 
-    /// Returns the row of an iteration in a one-row table, `None` if the iteration has no such table.
+    /// Returns the one-row table `T` of an iteration; `None` if the iteration has no table `T`.
     ///
     /// # Errors
     /// [`TableError`] for a row that lacks a column.
@@ -157,7 +160,7 @@ impl History {
             })
     }
 
-    /// The columns of the file without those of the commit chain, in the order of their names.
+    /// Returns the columns of `history.parquet` in alphabetical order, without the columns of the commit chain.
     pub fn columns(&self) -> impl Iterator<Item = (ColumnSchema, &Nullable)> {
         self.columns.iter().map(|(name, values)| {
             let column = match is_timing(name) {
@@ -211,7 +214,7 @@ impl History {
         })
     }
 
-    /// The pruned iterations with their places in the chain.
+    /// Returns each pruned iteration with the hash of the commit and the hash of the previous commit.
     pub(super) fn pruned(&self) -> BTreeMap<u64, Pruned> {
         let links = self.links.iter().enumerate();
         links
@@ -231,7 +234,7 @@ impl History {
         Some(&link.commit)
     }
 
-    /// Keeps at most this number of rows.
+    /// Removes the last rows of the history, so that at most `rows` rows remain.
     pub(super) fn truncate(&mut self, rows: usize) {
         if rows < self.links.len() {
             self.links.truncate(rows);
@@ -330,7 +333,7 @@ impl History {
             .for_each(|column| column.resize(rows));
     }
 
-    /// Encodes the file, with its hash at the end.
+    /// Encodes the history as the content of `history.parquet`, with the hash of the file at the end.
     ///
     /// # Errors
     /// [`TableError`] if the Parquet library fails.

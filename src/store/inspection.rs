@@ -1,4 +1,4 @@
-//! Consistent read of a run on disk, also while another process writes it.
+//! Reads a consistent state of a run from disk, even while another process writes the run.
 
 use super::chain::{self, Chain, PrunedIterations};
 use super::error::{Damage, DamageKind, StoreError};
@@ -31,7 +31,8 @@ impl PastAndHistory {
         let mut past = PrunedIterations::default();
         match &found {
             HistoryFile::Sound(history) => past.pruned = history.pruned(),
-            // The history may also be absent because the run ended before its first row was written.
+            // Without a sound `history.parquet`, the pruned iterations are unknown. The file may be absent because the
+            // run ended before the first row was written.
             HistoryFile::Absent | HistoryFile::Damaged(_) => past.lost = true,
         }
         Ok(PastAndHistory { past, found })

@@ -8,7 +8,8 @@ use crate::tables::TableName;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 
-/// Hash of all inputs of a stage's tables, stored with these inputs so that a change can be explained.
+/// Hash of all inputs of the tables of a stage. The key stores the inputs next to the hash, so that the program can
+/// explain a changed hash.
 ///
 /// The inputs contain no file times and no paths: equal inputs give equal keys on every machine.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -18,8 +19,9 @@ pub struct StageKey {
 }
 
 impl StageKey {
-    /// Builds the key of a stage from its name, the tables it writes, the parameters it reads and the keys of the
-    /// stages whose results it reads. The layout number is an input too, so results of another layout are never found.
+    /// Builds the key of a stage from the name, the written tables and the parameters of the stage. The keys of the
+    /// stages whose results the stage reads are also inputs. The layout number is an input of every key, so the program
+    /// never finds results of another layout.
     pub fn new(
         stage: &str,
         tables: &[TableName],

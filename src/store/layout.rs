@@ -1,4 +1,4 @@
-//! Paths of the files in a run folder. No other module spells their names.
+//! Paths of the files in a run folder. Only the module `layout` contains the names of the files in a run folder.
 
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
@@ -34,7 +34,7 @@ pub struct Layout {
 }
 
 impl Layout {
-    /// Returns the paths of a run in this folder. The run need not exist.
+    /// Returns the file paths of a run in the folder `root`, even if the folder contains no run.
     pub fn at(root: &Path) -> Layout {
         Layout {
             root: root.to_owned(),
@@ -44,18 +44,18 @@ impl Layout {
     pub fn scene(&self) -> PathBuf {
         self.root.join("scene.toml")
     }
-    /// Log of the run for the user. The program does not read it.
+    /// Log of the run for the user. The program does not read the log.
     pub fn log(&self) -> PathBuf {
         self.root.join("log.txt")
     }
-    /// The scene as the user wrote it. Reports show it; no result depends on it.
+    /// The scene as the user wrote the scene. Reports show `scene.original.toml`, but no result depends on the file.
     pub(super) fn written_scene(&self) -> PathBuf {
         self.root.join("scene.original.toml")
     }
     pub(super) fn plan(&self) -> PathBuf {
         self.root.join("plan.json")
     }
-    /// The record of the run. A folder without it is not a run yet.
+    /// The record of the run. A folder without `run.json` is not a run yet.
     pub fn record(&self) -> PathBuf {
         self.root.join("run.json")
     }
@@ -70,7 +70,7 @@ impl Layout {
     pub(super) fn record_copy(&self) -> PathBuf {
         self.root.join("run.copy.json")
     }
-    /// The reason why the last start failed. The next start removes it.
+    /// The reason why the last start failed. The next start removes `failure.json`.
     pub(super) fn failure(&self) -> PathBuf {
         self.root.join("failure.json")
     }
@@ -121,7 +121,7 @@ impl Layout {
     pub fn has_record(&self) -> bool {
         self.record().exists() || self.record_copy().exists()
     }
-    /// True for a run, also if its record is lost.
+    /// True if the folder contains a run. A run without a record counts as a run.
     pub fn is_of_run(&self) -> bool {
         self.has_record() || self.iterations().exists()
     }

@@ -12,16 +12,18 @@
 //!   damaged/       files that did not verify and were set aside
 //! ```
 //!
-//! Nothing counts before it is committed. The tables of a draft are written to `staging/`. A commit syncs them, writes
-//! and syncs `commit.json`, and then renames the folder into `iterations/`. A commit stores the hash of each of its
-//! files and of its parent. The latest state is therefore the highest commit whose chain verifies, never the newest
-//! file. A new run gets its `run.json` last: a folder without it is not a run yet, and the next start completes it.
+//! The store ignores an iteration until the iteration is committed. A stage writes the tables of a draft to `staging/`.
+//! A commit first syncs the tables of the draft. The commit then writes and syncs `commit.json`, and finally moves the
+//! folder of the draft into `iterations/`. `commit.json` stores the hash of each file of the iteration and the hash of
+//! the previous commit. The latest state is the highest commit whose chain verifies, even if other files are newer. The
+//! store writes `run.json` of a new run last. A folder without `run.json` is not a run yet, and the next start
+//! completes the folder.
 //!
-//! A run folder may come from anyone. The store follows no link in it, takes file names from the list of tables and not
-//! from the files, checks lengths before it reads, and counts iterations by their folders. A hash protects all
-//! committed data: the hash in the commit for tables, the hash at the end of a JSON file (`sealed.rs`) and of
-//! `history.parquet` (`history.rs`), and the hashes in `run.json` for `scene.toml`, `plan.json` and `schemas.json`. A
-//! draft in `staging/` is checked before it is used.
+//! A run folder may come from anyone. The store follows no link in a run folder. The store takes file names from the
+//! list of tables and not from the files. The store checks the length of a file before reading, and counts iterations
+//! by the folders in `iterations/`. A hash protects all committed data. The commit contains the hashes of the tables. A
+//! JSON file (`sealed.rs`) and `history.parquet` (`history.rs`) end with a hash. `run.json` contains the hashes of
+//! `scene.toml`, `plan.json` and `schemas.json`. The store checks a draft in `staging/` before using the draft.
 //!
 //! All access goes through [`FileSystem`], so that tests can make any call fail.
 

@@ -28,10 +28,11 @@ pub struct Opening {
     pub created: bool,
     /// The iteration from which the run continues.
     pub latest: Option<u64>,
-    /// Iterations from which the run cannot continue, ascending. The start moved these iterations to `damaged/`.
+    /// Iterations from which the run cannot continue, ascending. The start moved the damaged iterations to `damaged/`.
     pub set_aside: Vec<DamagedIteration>,
-    /// Repaired damage that affects no result. The start restored `run.json` from its copy. The start moved a table
-    /// that the run does not need to `damaged/` and removed the table from its commit.
+    /// Repaired damage that affects no result. For a damaged `run.json`, the start restored `run.json` from
+    /// `run.copy.json`. If a damaged table affects no result, the start moved the table to `damaged/` and removed the
+    /// table from the commit.
     pub repaired: Vec<Damage>,
     /// Damage of `history.parquet`, if the rows of pruned iterations are lost by it.
     pub history_lost: Option<Damage>,
@@ -42,12 +43,13 @@ pub struct Opening {
     pub drafts_removed: Vec<PathBuf>,
     /// Free keys whose values changed.
     pub changed_keys: Vec<KeyChange>,
-    /// Program version before and now, if it changed. Results need not be bit-identical to results of a single version.
+    /// Program versions of the previous and the current start, if the program version changed. Results need not be
+    /// bit-identical to results of a single version.
     pub program_changed: Option<(String, String)>,
-    /// Number of threads before and now, if it changed. Results need not be bit-identical to results with a constant
-    /// number.
+    /// Numbers of threads of the previous and the current start, if the number of threads changed. Results need not be
+    /// bit-identical to results with a constant number.
     pub threads_changed: Option<(usize, usize)>,
-    /// Machine before and now, if it changed.
+    /// Machines of the previous and the current start, if the machine changed.
     pub machine_changed: Option<(Machine, Machine)>,
 }
 
@@ -187,14 +189,15 @@ pub(super) fn create(
     let mut record = RunRecord::new(identity, origin);
     write_identity(files, layout, identity, &mut record)?;
     write_record(files, layout, &record)?;
-    // Read the record back, so that it is the same as in any later start.
+    // Read the record from the disk, so that the first start and all later starts use the same record.
     let found = read_record(files, layout)?.ok_or_else(|| StoreError::NoRun {
         path: layout.root.clone(),
     })?;
     Ok(found.record)
 }
 
-/// Updates `scene.toml`, `scene.original.toml`, `plan.json` and `schemas.json`, and their entries in the record.
+/// Updates `scene.toml`, `scene.original.toml`, `plan.json` and `schemas.json`. Updates the entries of the four files
+/// in the record.
 fn write_identity(
     files: &Files,
     layout: &Layout,
@@ -221,7 +224,8 @@ fn write_identity(
     files.replace_if_different(&schemas, &bytes)
 }
 
-/// Writes `run.json`, then its copy. At any instant one of them is complete, and the copy is at most one step behind.
+/// Writes `run.json` first and `run.copy.json` second. At any instant at least one of the two files is complete, and
+/// `run.copy.json` lacks at most the last change.
 pub(super) fn write_record(
     files: &Files,
     layout: &Layout,
@@ -233,8 +237,8 @@ pub(super) fn write_record(
     files.replace_if_different(&layout.record_copy(), &bytes)
 }
 
-/// Checks an existing run against its identity and repairs it: sets damaged iterations aside, completes interrupted
-/// pruning and cleans `staging/`.
+/// Compares an existing run with `identity` and repairs the run. The repair moves damaged iterations to `damaged/`,
+/// completes interrupted pruning and cleans `staging/`.
 pub(super) fn check_and_repair(
     files: Files,
     layout: Layout,
@@ -269,7 +273,8 @@ pub(super) fn check_and_repair(
         record.scene_written = written_scene_text;
     }
     opening.changed_keys = changed;
-    // Store the scene as it is in memory, not as it was read: the text of a float must not drift.
+    // Store the scene from memory. If the program stored the scene from the file, the text of a floating-point number
+    // could change.
     record.scene = identity.scene.clone();
     record.scene_hash = identity.scene_hash();
     files.remove_file_if_there(&layout.copying())?;
@@ -423,7 +428,8 @@ fn move_to_damaged(
     Ok(target)
 }
 
-/// Removes damaged tables outside the chain from a commit. The hash of the commit does not include them.
+/// Removes damaged tables outside the chain from a commit. The hash of the commit does not include tables outside the
+/// chain.
 fn drop_damaged(
     files: &Files,
     layout: &Layout,
@@ -432,7 +438,8 @@ fn drop_damaged(
 ) -> Result<(), StoreError> {
     let folder = layout.iteration(commit.wear_iteration);
     for Damage { path, .. } in damage {
-        // Move the file first. If the process ends here, the next start finds it missing and removes its entry.
+        // Move the damaged file before removing the entry of the file. If the process ends between the two steps, the
+        // next start finds the file missing and removes the entry.
         if files.is_there(path)? {
             let file = path.file_name().unwrap_or_default().to_string_lossy();
             let name = format!("{}-{file}", iteration_name(commit.wear_iteration));
@@ -446,7 +453,7 @@ fn drop_damaged(
     files.replace(&manifest, &sealed(&manifest, commit)?)
 }
 
-/// Removes pruned iterations. Each disappears for readers in one step.
+/// Removes pruned iterations. Each pruned iteration disappears for readers in one step.
 pub(super) fn discard(
     files: &Files,
     layout: &Layout,

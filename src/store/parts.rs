@@ -1,7 +1,8 @@
-//! Parts of a running stage: its partial results, stored next to the draft until the tables of the stage are complete.
+//! A part is a partial result of a running stage. The store keeps the parts next to the draft until the tables of the
+//! stage are complete.
 //!
-//! A part is valid only under the key of its stage, from the same program version, unchanged, and after valid earlier
-//! parts. Parts are not results: without them the stage starts anew and computes the same bits.
+//! A part is valid only for the same stage key and the same program version. The hash of the part must verify, and all
+//! earlier parts must be valid. If the parts are missing, the stage starts anew and computes bit-identical tables.
 
 use std::path::{Path, PathBuf};
 
@@ -16,8 +17,8 @@ const LONGEST: u64 = 1 << 28;
 /// Bytes of a hash.
 const HASH: usize = 32;
 
-/// Writer of the next part. The writer returns false if it cannot write the part or if the part would leave too little
-/// space.
+/// Writer of the next part. The writer returns false if writing fails, or if the part would leave too little free space
+/// on the disk.
 pub type PartWriter = Box<dyn FnMut(&[u8]) -> bool + Send>;
 
 /// True for the file name of a part.

@@ -33,7 +33,8 @@ pub struct RunReader {
 }
 
 impl RunReader {
-    /// Opens a run and verifies its iterations. Iterations after the first damaged one do not count.
+    /// Opens a run and verifies the iterations of the run. The reader ignores all iterations after the first damaged
+    /// iteration.
     ///
     /// # Errors
     /// [`StoreError::NoRun`], [`StoreError::UnexpectedEntryKind`] for a folder with links in it, [`StoreError::Damaged`] if
@@ -79,7 +80,7 @@ impl RunReader {
         };
         for wear_iteration in history.len() as u64..=latest {
             let Some(commit) = self.commits.get(&wear_iteration) else {
-                // The iteration was pruned, and its row was lost with the file.
+                // The iteration is pruned, and the row of the iteration was lost with the file `history.parquet`.
                 let next = self.commits.get(&(wear_iteration + 1));
                 let hash = next.and_then(|next| next.parent.as_deref());
                 history.push_pruned(hash.unwrap_or_default());
@@ -125,7 +126,8 @@ impl RunReader {
         read_plan(&self.files, &self.layout, &self.record, read)
     }
 
-    /// Returns the damage of the file with the scene as the user wrote it. `None` also if the run has no such scene.
+    /// Returns the damage of `scene.original.toml`, which contains the scene as the user wrote the scene. Returns
+    /// `None` if the file is sound or if the run has no written scene.
     ///
     /// # Errors
     /// [`StoreError::Io`].
@@ -136,8 +138,8 @@ impl RunReader {
         }
     }
 
-    /// Returns why the last start failed, `None` if it did not or the run is continuing. A damaged file counts as
-    /// `None`.
+    /// Returns the reason why the last start failed. Returns `None` if the last start did not fail, if the run is
+    /// continuing, or if `failure.json` is damaged.
     ///
     /// # Errors
     /// [`StoreError::Io`].
@@ -222,8 +224,8 @@ impl RunReader {
         })
     }
 
-    /// Returns the hash of the scene that an iteration was computed from. For iterations that a sibling inherited, this
-    /// hash differs from the hash of the run's own scene.
+    /// Returns the hash of the scene that an iteration was computed from. For an inherited iteration, the returned hash
+    /// can differ from the hash of the scene of the sibling run.
     ///
     /// # Errors
     /// As for [`RunReader::read`].
@@ -289,7 +291,8 @@ impl RunReader {
         }
     }
 
-    /// Reads and verifies a table of `once/`, whatever its inputs. Returns `None` if it does not exist.
+    /// Reads and verifies a table of `once/`, without a check of the stage key. Returns `None` if the table does not
+    /// exist.
     ///
     /// # Errors
     /// [`StoreError::Damaged`], [`StoreError::Table`], [`StoreError::Io`].

@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 
-/// Version number of the layout of run folders, campaign folders and caches: their files, tables and recipes. Every
-/// change of one of these increases it. Folders with another number are rejected.
+/// Version number of the files, tables and recipes in run folders, campaign folders and caches. Every change of the
+/// files, tables or recipes increases the version number. The program rejects folders with another version number.
 pub const LAYOUT: u32 = 10;
 
 /// Identity of a run, as the caller states it.
@@ -28,14 +28,14 @@ pub struct RunIdentity {
     pub threads: usize,
     /// Seed of the random surface, if there is one.
     pub seed: Option<u64>,
-    /// Keys that cannot affect committed results: full keys such as `wear.cycles`, or sections such as `output.*`. Free
-    /// keys may change in an existing run and are not part of the scene hash.
+    /// Keys of the scene that cannot affect committed results. A key is a full key such as `wear.cycles`, or a section
+    /// such as `output.*`. Free keys may change in an existing run and are not part of the scene hash.
     pub free_keys: Vec<String>,
-    /// Keys in the same form whose values follow from other keys. The error for a changed scene lists only those other
-    /// keys.
+    /// Keys in the form of `free_keys` whose values follow from other keys. The error for a changed scene omits the
+    /// keys in `following_keys`.
     pub following_keys: Vec<String>,
-    /// Keys in the same form that a run must share with the run it continues, because a state is meaningless for other
-    /// values.
+    /// Keys whose values must be the same in a sibling run and in its source run, in the form of `free_keys`. A worn
+    /// state is meaningless if the values of these keys change.
     pub inherited_keys: Vec<String>,
 }
 
@@ -100,25 +100,25 @@ fn cpu_features() -> Vec<String> {
 pub struct Origin {
     /// Folder name of the source run.
     pub run: String,
-    /// The iteration from which it continues.
+    /// The iteration of the source run from which the sibling run continues.
     pub wear_iteration: u64,
-    /// Hash of the commit of that iteration.
+    /// Hash of the commit of the iteration `wear_iteration` of the source run.
     pub commit: String,
 }
 
-/// Remainder of a pruned iteration: its place in the chain.
+/// Position of a pruned iteration in the chain of commits.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Pruned {
-    /// Hash of its commit.
+    /// Hash of the commit of the pruned iteration.
     pub hash: String,
-    /// Hash of its parent.
+    /// Hash of the commit before the pruned iteration.
     pub parent: Option<String>,
 }
 
 /// A start under other circumstances than the previous start.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Continuation {
-    /// The iteration from which it continued, `None` before the first.
+    /// The iteration from which the start continued the run; `None` before the first iteration.
     pub wear_iteration: Option<u64>,
     /// Time of the start, in the format of [`RunRecord::began`].
     pub began: String,

@@ -1,4 +1,4 @@
-//! Reading of `run.json`, its copy and the other metadata files.
+//! Reads the metadata files of a run, such as `run.json`, `run.copy.json` and `scene.toml`.
 
 use super::error::{Damage, DamageKind, StoreError};
 use super::file_system::FileSystem;
@@ -18,7 +18,8 @@ pub(super) struct RecordRead {
     pub damage: Option<Damage>,
 }
 
-/// Reads `run.json` or its copy. Returns `None` if neither exists.
+/// Reads the record from `run.json`, or from `run.copy.json` if `run.json` is missing or damaged. Returns `None` if
+/// both files are missing.
 pub(super) fn read_record(
     files: &Files,
     layout: &Layout,
@@ -50,7 +51,7 @@ fn read_one_record(
     layout: &Layout,
     path: &Path,
 ) -> Result<Result<RunRecord, Damage>, StoreError> {
-    // Check the layout number first: a file of another layout may lack fields that this one needs, including the hash.
+    // Check the layout number first, because a `run.json` of another layout may lack required fields, such as the hash.
     let layout_number = |value: &Value| value["format"].as_u64();
     let this_layout = Some(u64::from(LAYOUT));
     let value: Value =
@@ -83,8 +84,8 @@ fn read_one_record(
 
 /// Returns the damage of the metadata files of a run.
 ///
-/// The copy of `run.json` may be missing: a process that was killed before it wrote the copy writes it at its next
-/// start.
+/// A missing copy of `run.json` is no damage. If a process was killed before it wrote the copy, the next start of the
+/// run writes the copy.
 pub(super) fn check_metadata(
     files: &Files,
     layout: &Layout,
@@ -131,8 +132,8 @@ fn check_hash(files: &Files, path: PathBuf, expected: &str) -> Result<Option<Dam
 /// Reads the plan of a run and parses it by `read`.
 ///
 /// # Errors
-/// [`StoreError::Plan`] for a file that is missing, invalid as JSON, changed since the run wrote it, or rejected by
-/// `read`.
+/// [`StoreError::Plan`] if the file of the plan is missing or not valid JSON. [`StoreError::Plan`] if the file changed
+/// after the run wrote the file, or if `read` rejects the plan.
 pub(super) fn read_plan<P>(
     files: &Files,
     layout: &Layout,
@@ -186,7 +187,7 @@ pub fn check_plan<P>(
 pub struct SceneOfRun {
     /// Text of `scene.toml`, which may be edited. If the file is missing, the text in `run.json`.
     pub text: String,
-    /// True if it differs from the text that the run wrote.
+    /// True if the text of `scene.toml` differs from the text that the run wrote.
     pub edited: bool,
 }
 

@@ -9,8 +9,8 @@ use super::files::{LONGEST_METADATA, io_error};
 use super::layout::Layout;
 use crate::json::hash;
 
-/// Removes the folder of a run whose scene has the hash `scene_hash`, under the lock of that run. `remove_run` also
-/// removes a folder without a record, because an interrupted removal leaves such a folder. `remove_run` keeps the
+/// Removes the folder of a run whose scene has the hash `scene_hash`, under the lock of the run. `remove_run` removes a
+/// folder without a record, because an interrupted removal leaves a folder without a record. `remove_run` keeps the
 /// folder of another run, a link, and a run that another process writes.
 ///
 /// # Errors
@@ -25,7 +25,7 @@ pub fn remove_run(files: &dyn FileSystem, run: &Path, scene_hash: &str) -> Resul
     let LockAttempt::Taken(_guard) = files.try_lock(&lock).map_err(io_error("lock", &lock))? else {
         return Ok(());
     };
-    // Remove the records last: they identify the run of the folder.
+    // Remove `run.json` and `run.copy.json` last, because the two files identify the run in the folder.
     let records = [layout.record_copy(), layout.record()];
     for path in &records {
         let bytes = match files.read(path, LONGEST_METADATA) {

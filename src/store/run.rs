@@ -35,23 +35,27 @@ pub struct RunStore {
 /// Policy of pruning. The unworn iteration and the latest one are always kept.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Keep {
-    /// Keeps every iteration whose number is a multiple of this; `None` for no such rule.
+    /// Pruning keeps every iteration whose number is a multiple of `every`. `None` disables the rule.
     pub every: Option<u64>,
-    /// Keeps this number of the last iterations.
+    /// Pruning keeps the last `last` iterations.
     pub last: u64,
-    /// Keeps these iterations in addition, such as those with a model update.
+    /// Pruning keeps the iterations in `also`, such as iterations with a model update.
     pub also: BTreeSet<u64>,
 }
 
 impl RunStore {
-    /// Creates a run, completes its creation, or continues it.
+    /// Creates a run, completes an interrupted creation of a run, or continues an existing run.
     ///
     /// # Errors
-    /// [`StoreError::Locked`] if another process writes it; [`StoreError::SceneChanged`] if the scene differs in keys
-    /// that are not free; [`StoreError::NotARun`] for a folder with other content; [`StoreError::UnfinishedSibling`]
-    /// for a run that [`RunStore::create_sibling`] has to complete; [`StoreError::Damaged`] and
-    /// [`StoreError::OtherLayout`] for a `run.json` that is lost, unreadable or has another layout; [`StoreError::Io`].
-    /// Damaged iterations are not an error: see [`Opening`].
+    /// - [`StoreError::Locked`] if another process writes the run;
+    /// - [`StoreError::SceneChanged`] if the scene differs from the scene of the run in keys that are not free;
+    /// - [`StoreError::NotARun`] if the folder contains other files;
+    /// - [`StoreError::UnfinishedSibling`] if [`RunStore::create_sibling`] has to complete the run;
+    /// - [`StoreError::Damaged`] if `run.json` is missing or unreadable;
+    /// - [`StoreError::OtherLayout`] if `run.json` has another layout;
+    /// - [`StoreError::Io`].
+    ///
+    /// A damaged iteration is not an error: see [`Opening`].
     pub fn create_or_open(
         fs: Arc<dyn FileSystem>,
         root: &Path,
@@ -113,8 +117,8 @@ impl RunStore {
         &self.reader
     }
 
-    /// Stores the reason why this start failed; the next start removes it. A failure to store it, as on a full disk, is
-    /// ignored.
+    /// Stores the reason why the current start failed. The next start removes the stored reason. The function ignores
+    /// an error of storing the reason, for example on a full disk.
     pub fn note_failure(&self, message: &str) {
         let path = self.layout().failure();
         let failure = Failure {
@@ -150,13 +154,13 @@ impl RunStore {
         self.reader.verify()
     }
 
-    /// Provenance of the tables of this run.
+    /// Provenance of the tables that the run writes: scene hash and program version.
     pub fn provenance(&self) -> &Provenance {
         &self.provenance
     }
 
-    /// Reads a table that is computed once per run, if the key of the table is the same and the table verifies. If not,
-    /// returns the reason.
+    /// Reads a table that is computed once per run. The stored table must have the key `key`, and its hash must be
+    /// correct. Otherwise the function returns the reason why the stored table is unusable.
     ///
     /// # Errors
     /// Returns [`StoreError::Io`] if the stored table cannot be read, and [`StoreError::Table`] if the file contains
@@ -221,9 +225,9 @@ impl RunStore {
     /// folder, and then appends a row to the history.
     ///
     /// # Errors
-    /// [`StoreError::OutOfOrder`] unless the draft follows the latest iteration, [`StoreError::ColumnsChanged`] if the
-    /// columns of a table change, [`StoreError::NoSpace`], [`StoreError::Io`]. After an I/O error the run must be
-    /// opened again.
+    /// [`StoreError::OutOfOrder`] unless the draft follows the latest iteration. [`StoreError::ColumnsChanged`] if the
+    /// columns of a table change. [`StoreError::NoSpace`] if the disk is full, and [`StoreError::Io`] for other I/O
+    /// errors. After an I/O error the run must be opened again.
     pub fn commit(&mut self, draft: Draft) -> Result<&Commit, StoreError> {
         let wear_iteration = draft.wear_iteration();
         self.require_next(wear_iteration)?;
@@ -250,7 +254,8 @@ impl RunStore {
 
         let (files, layout) = (self.files(), self.layout());
         let draft = layout.draft(wear_iteration);
-        // An earlier start may have left tables that this start did not use.
+        // An earlier start may have written tables to the draft. Remove the tables of the draft that the commit does
+        // not contain.
         for entry in files.list(&draft)? {
             let is_committed = commit
                 .tables
@@ -281,8 +286,8 @@ impl RunStore {
         self.reader.commit_of(wear_iteration)
     }
 
-    /// True if the history was written after the last commit. The run should prune at this time, because pruning also
-    /// writes the history. In a long run, writing the history takes as long as several iterations.
+    /// True if the run has to write the history after the last commit. The run should prune after the same commit,
+    /// because pruning writes the history. In a long run, writing the history takes as long as several iterations.
     pub fn is_history_due(&self) -> bool {
         self.reader.history.is_due()
     }
@@ -329,7 +334,8 @@ impl RunStore {
         Ok(pruned)
     }
 
-    /// Removes all staged files, including those of the next iteration, when no commit will follow.
+    /// Removes all files in `staging/`, including the draft of the next iteration. Call `clear_staging` only if no
+    /// commit will follow.
     ///
     /// # Errors
     /// [`StoreError::Io`].

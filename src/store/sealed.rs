@@ -1,4 +1,4 @@
-//! JSON files that end with a hash of all preceding text, so that no byte changes unnoticed.
+//! JSON files that end with a hash of all preceding text. The hash reveals every changed byte of the file.
 //!
 //! The hash covers the text as it would be without the hash entry. The entry comes last, because a text cannot contain
 //! its own hash.

@@ -18,13 +18,15 @@ use std::path::Path;
 use std::sync::Arc;
 
 impl RunStore {
-    /// Creates a run that continues from an iteration of another run, possibly with another scene, or opens it if it
-    /// exists. Copies the source with its commits up to that iteration, and does not change the source.
+    /// Creates a run that continues from an iteration of another run, possibly with another scene. If the sibling run
+    /// exists, the function opens the sibling run. Otherwise the function copies the commits of the source run up to
+    /// the iteration. The function does not change the source run.
     ///
     /// # Errors
-    /// [`StoreError::NoIteration`] with the iterations of the source; [`StoreError::NotInherited`] if the scene differs
-    /// in keys that a state depends on; [`StoreError::Damaged`] if the source does not verify up to that iteration;
-    /// [`StoreError::OtherOrigin`] if the run exists and has another origin; [`StoreError::NoSpace`]; and the errors of
+    /// [`StoreError::NoIteration`] if the source run lacks the iteration; the error lists the iterations of the source
+    /// run. [`StoreError::NotInherited`] if the scenes differ in keys that a worn state depends on.
+    /// [`StoreError::Damaged`] if the source run is damaged at or before the iteration. [`StoreError::OtherOrigin`] if
+    /// the sibling run exists and has another origin. [`StoreError::NoSpace`] if the disk is full. Errors of
     /// [`RunStore::create_or_open`].
     pub fn create_sibling(
         fs: Arc<dyn FileSystem>,
@@ -116,7 +118,8 @@ fn open_source(
     Ok(source)
 }
 
-/// Returns the folder name of a run. A path without a name, such as `..`, is returned as it is.
+/// Returns the folder name of a run. For a path without a folder name, such as `..`, the function returns the path
+/// unchanged.
 fn run_name(path: &Path) -> String {
     path.file_name()
         .map_or(path.to_string_lossy(), |name| name.to_string_lossy())
@@ -184,8 +187,8 @@ fn copy(
         for entry in commit.tables.values() {
             copy_table(files, &from, &to, entry)?;
         }
-        // Copy the commit as it is, without damaged tables outside the chain: no result depends on them, and the hash
-        // does not include them.
+        // Copy the commit unchanged, but omit damaged tables outside the chain of commits. No result depends on tables
+        // outside the chain, and the hash of the commit does not include tables outside the chain.
         let mut commit = commit.clone();
         for (name, entry) in std::mem::take(&mut commit.unchained) {
             match copy_table(files, &from, &to, &entry) {

@@ -7,8 +7,8 @@ use std::io;
 use std::path::Path;
 use std::sync::Arc;
 
-/// A file system without syncing. Other processes see all written data, also after this process is killed. A power cut
-/// may truncate files.
+/// A file system without syncing. Other processes can read all written data, even after the writing process is killed.
+/// A power cut may truncate files.
 pub struct UnsyncedFileSystem(pub Arc<dyn FileSystem>);
 
 impl FileSystem for UnsyncedFileSystem {
@@ -68,7 +68,8 @@ impl FileSystem for UnsyncedFileSystem {
 /// Number of parent folders that a start may have created, as `runs` of `runs/NAME`. They are synced too.
 const PARENT_FOLDERS: usize = 2;
 
-/// Syncs a run folder with its content, each file before the folder that lists it.
+/// Syncs a run folder with all files and subfolders. The function syncs each file before the folder that contains the
+/// file.
 ///
 /// # Errors
 /// [`StoreError::Io`]

@@ -42,8 +42,8 @@ impl ContactArray {
         self.size[0] * self.size[1] / (self.counts[0] * self.counts[1]) as f64
     }
 
-    /// Converts grid coordinates, counted in rectangles from the corner, to a position (x, y) from the centre of the
-    /// joint \[m\].
+    /// Converts grid coordinates to a position (x, y) \[m\]. Grid coordinates count rectangles from the corner of the
+    /// joint. The origin of the position is the centre of the joint.
     pub fn position_at(&self, [i, j]: [f64; 2]) -> [f64; 2] {
         let sides = self.sides();
         [
@@ -59,9 +59,11 @@ impl ContactArray {
         cells.map(|cell| (centre(cell), self.cell_area())).collect()
     }
 
-    /// Returns the position \[m\] and the area \[m²\] of each grid point, with i along x slow and j along y fast.
+    /// Returns the position \[m\] and the area \[m²\] of each grid point (i, j). The index j along y runs faster than
+    /// the index i along x.
     ///
-    /// The area is a quarter of each present rectangle around the point. Points without such a rectangle are skipped.
+    /// The area is a quarter of each present rectangle around the point. The function skips grid points without a
+    /// present rectangle.
     pub fn nodes(&self) -> Vec<([f64; 2], f64)> {
         let mut faces: BTreeMap<[usize; 2], f64> = BTreeMap::new();
         for corner in self.cells().into_iter().flat_map(corners_of) {

@@ -1,13 +1,14 @@
-//! Export of the resonator as an input deck of CalculiX and Abaqus that computes its free vibration.
+//! Export of the resonator as an input deck of CalculiX and Abaqus. The deck computes the free vibration of the
+//! resonator.
 //!
-//! All quantities are in SI: m, N, kg, s, Pa. Nodes and elements are numbered as in the mesh, but from 1 instead of
-//! 0. The elements are C3D8I, hexahedra with incompatible modes as [`Formulation::IncompatibleModes`]. The structure
-//! is unsupported, so the first six modes are rigid.
+//! All quantities are in SI: m, N, kg, s, Pa. The deck numbers nodes and elements in the order of the mesh, but from 1
+//! instead of 0. The elements are C3D8I, hexahedra with incompatible modes as [`Formulation::IncompatibleModes`]. The
+//! structure is unsupported, so the first six modes are rigid.
 //!
-//! The spring of a contact element acts on the mean of its four relative displacements. A deck has springs between
-//! nodes only. A quarter of the spring on each pair would not be equivalent, because k/4·Σu² is not k·(Σu/4)². Each
-//! contact element therefore has one more node without mass. An equation makes its displacement the mean, and a
-//! spring connects the node to the ground.
+//! The spring of a contact element acts on the mean of the four relative displacements at the contact element. A deck
+//! has springs between nodes only. A quarter of the spring on each pair would not be equivalent, because k/4·Σu² is not
+//! k·(Σu/4)². The deck adds one massless node per contact element. An equation sets the displacement of the massless
+//! node to the mean of the four relative displacements. A spring connects the massless node to the ground.
 
 use std::collections::{BTreeMap, HashMap};
 use std::f64::consts::TAU;
@@ -36,7 +37,7 @@ const FACES: [[usize; 4]; 6] = [
     [3, 7, 4, 0],
 ];
 
-/// Free-vibration problem of a resonator. [`Display`] writes its input deck.
+/// Free-vibration problem of a resonator. [`Display`] writes the input deck of the free-vibration problem.
 #[derive(Debug, Clone, Copy)]
 pub struct Deck<'a> {
     resonator: &'a ResonatorMesh,
@@ -52,8 +53,8 @@ impl<'a> Deck<'a> {
     /// springs.
     ///
     /// # Errors
-    /// [`StructureError`] if the numbers of springs and contact elements differ, if a stiffness is negative or not
-    /// finite, or if `modes` is zero.
+    /// [`StructureError`] if the number of springs differs from the number of contact elements. [`StructureError`] if a
+    /// stiffness is negative or not finite, or if `modes` is zero.
     pub fn new(
         resonator: &'a ResonatorMesh,
         springs: &'a [[f64; 3]],
@@ -93,7 +94,7 @@ impl<'a> Deck<'a> {
         })
     }
 
-    /// Computes the frequencies that the deck requests, with the elements of this library.
+    /// Computes the natural frequencies that the deck requests, with the finite elements of Fretwear.
     ///
     /// # Errors
     /// [`StructureError`] if the modes do not converge.
@@ -136,7 +137,7 @@ pub struct Frequencies {
     pub mass: f64,
 }
 
-/// Number in the format of the deck. CalculiX reads 20 characters of a number, so it has no more digits.
+/// Number in the format of the deck. CalculiX reads 20 characters of a number, so the deck writes no more digits.
 struct Number(f64);
 
 impl Display for Number {
@@ -257,7 +258,8 @@ impl Deck<'_> {
         Ok(())
     }
 
-    /// Writes the massless nodes, their equations and the springs that connect them to the ground.
+    /// Writes the massless nodes, the equations of the massless nodes, and the springs between the massless nodes and
+    /// the ground.
     fn contact_springs(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         let ResonatorMesh { mesh, contacts, .. } = self.resonator;
         out.write_str(

@@ -1,7 +1,8 @@
 //! The 8-node hexahedron, plain and with incompatible modes.
 //!
-//! The nodes have the order of Abaqus and CalculiX (`C3D8`): four nodes of one face, counter-clockwise seen from the
-//! opposite face, then the four opposite nodes. Degree of freedom 3·n + a is the displacement of node n along axis a.
+//! The nodes have the order of the element `C3D8` of Abaqus and CalculiX. The first four nodes are the corners of one
+//! face, counter-clockwise as seen from the opposite face. The last four nodes are the corners of the opposite face.
+//! Degree of freedom 3·n + a is the displacement of node n along axis a.
 
 use crate::material::Material;
 use crate::structure::StructureError;
@@ -12,9 +13,9 @@ use crate::structure::StructureError;
 pub enum Formulation {
     /// Trilinear displacements and 2×2×2 integration. The element locks in bending.
     Plain,
-    /// The plain element with three quadratic bubbles per displacement component, condensed per element (Wilson et
-    /// al. 1973). The gradients of the bubbles use the Jacobian at the centre, so that distorted elements pass the
-    /// patch test (Taylor, Beresford, Wilson, Int. J. Numer. Methods Eng. 10, 1976).
+    /// The plain element with three quadratic bubbles per displacement component, condensed per element (Wilson et al.
+    /// 1973). The gradients of the bubble functions use the Jacobian at the centre of the element. With this Jacobian,
+    /// distorted elements pass the patch test (Taylor, Beresford, Wilson, Int. J. Numer. Methods Eng. 10, 1976).
     #[default]
     IncompatibleModes,
 }
@@ -71,7 +72,8 @@ pub const DOFS: usize = 24;
 pub struct ElementMatrices {
     /// Stiffness \[N/m\], symmetric, row by row.
     pub stiffness: [[f64; DOFS]; DOFS],
-    /// Consistent mass between nodes \[kg\], equal along each axis: the mass matrix is this times the 3×3 identity.
+    /// Consistent mass `mass[i][j]` between nodes i and j \[kg\], equal along each axis. The block of nodes i and j in
+    /// the mass matrix is `mass[i][j]` times the 3×3 identity.
     pub mass: [[f64; 8]; 8],
     /// Volume \[m³\].
     pub volume: f64,
@@ -167,7 +169,7 @@ pub fn matrices(
     for corner in CORNERS {
         let point = corner.map(|c| c * station);
         let (determinant, inverse) = invert(&jacobian(nodes, point));
-        // The comparison `determinant > 0.0` also rejects NaN, which `determinant <= 0.0` would accept.
+        // The condition `!(determinant > 0.0)` rejects NaN, but the condition `determinant <= 0.0` would accept NaN.
         if !(determinant > 0.0 && centre_determinant > 0.0) {
             return Err(StructureError::InvertedElement {
                 element,

@@ -5,12 +5,12 @@ use crate::linalg::LinalgError;
 /// Error for a structure that cannot be meshed, assembled or reduced.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum StructureError {
-    /// A number is out of its range.
+    /// A number is outside the range of valid values.
     #[error("{name} is {value:e}; it must be {expected}")]
     OutOfRange {
         /// Name of the number.
         name: &'static str,
-        /// Its value.
+        /// Value of the number.
         value: f64,
         /// Range of valid values.
         expected: &'static str,
@@ -23,7 +23,8 @@ pub enum StructureError {
     UnbalancedLoad {
         /// Number of the load: 0 for the preload, 1 for the constant forces.
         load: usize,
-        /// Largest work of the load in such motions, as a share of its largest work in a rigid mode.
+        /// Ratio of two works of the load. The numerator is the largest work in a rigid motion that the pressure does
+        /// not resist. The denominator is the largest work in any rigid mode.
         share: f64,
     },
     /// The faces of the joint do not move as two rigid bodies in a rigid mode of the structure.
@@ -49,13 +50,13 @@ pub enum StructureError {
     /// Two numbers contradict each other.
     #[error("{name} is {value:e}, but {other} is {other_value:e}; {expected}")]
     Contradiction {
-        /// Name of the number.
+        /// Name of the first number.
         name: &'static str,
-        /// Its value.
+        /// Value of the first number.
         value: f64,
-        /// Name of the other number.
+        /// Name of the second number.
         other: &'static str,
-        /// Its value.
+        /// Value of the second number.
         other_value: f64,
         /// Relation that the two numbers must satisfy.
         expected: &'static str,
@@ -67,7 +68,7 @@ pub enum StructureError {
     InvertedElement {
         /// Number of the element, from 0.
         element: usize,
-        /// Smallest Jacobian determinant at its integration points \[m³\].
+        /// Smallest Jacobian determinant at the integration points of the element \[m³\].
         jacobian: f64,
     },
     /// A point is outside all elements.

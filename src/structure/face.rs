@@ -3,10 +3,11 @@
 use super::solids::Solid;
 use crate::linalg::vectors::{dot, minus};
 
-/// Face of a solid in space, which finds its nearest point to a given position.
+/// Face of a solid in space. `Face` finds the point of the face that is nearest to a position.
 ///
-/// The face is x(s, t) = Σ Nₙ(c + s·e + t·f) xₙ with the shape functions Nₙ of the solid. In natural coordinates c is
-/// a corner of the face, and e and f are two sides. s and t are between 0 and 1, and s + t ≤ 1 on a triangle.
+/// The face is x(s, t) = Σ Nₙ(c + s·e + t·f) xₙ with the shape functions Nₙ of the solid. The natural coordinates c are
+/// a corner of the face, and the vectors e and f are two sides of the face. The coordinates s and t are at least 0. On a
+/// quadrilateral face, s ≤ 1 and t ≤ 1. On a triangular face, s + t ≤ 1.
 pub struct Face {
     solid: Solid,
     nodes: Vec<[f64; 3]>,
@@ -30,12 +31,13 @@ pub struct NearestPoint {
 
 /// Largest number of Gauss–Newton steps. A flat parallelogram takes one, a curved face a few.
 const STEPS: usize = 40;
-/// The search stops at a step below this limit, in units of s and t, because such a step is a rounding error.
+/// The search for the nearest point of a face stops at a step below `NO_STEP`, in units of s and t. Rounding causes a
+/// step of this size.
 const NO_STEP: f64 = 1e-13;
-/// The search has converged if its last step is below this limit, in sides of a face. The limit allows for the rounding
-/// of coordinates far from the origin.
+/// The search for the nearest point of a face has converged if its last step is shorter than `AT_REST`. The unit of
+/// `AT_REST` is the side of the face. `AT_REST` allows for the rounding of coordinates far from the origin.
 const AT_REST: f64 = 1e-8;
-/// A point this far outside of a face, in units of s and t, still counts as on the face.
+/// A point is on a face if the distance of the point from the face is at most `ON_FACE`, in units of s and t.
 const ON_FACE: f64 = 1e-9;
 /// Edges in terms of (s, t), each as a start point and a direction.
 const EDGES_OF_SQUARE: [[[f64; 2]; 2]; 4] = [
@@ -57,7 +59,7 @@ struct Foot {
 }
 
 impl Face {
-    /// Returns face `number` (S1 is 0) of a solid with these nodes, or `None` if the solid has no such face.
+    /// Returns face `number` of the solid at `nodes`, or `None` if the solid has no such face. Number 0 is face S1.
     pub fn new(solid: Solid, number: usize, nodes: &[[f64; 3]]) -> Option<Face> {
         let corners = solid.corners_of_faces().into_iter().nth(number)?;
         let natural = solid.natural_corners();
@@ -170,7 +172,8 @@ impl Face {
         }
     }
 
-    /// Returns the position at (s, t), the tangents ∂x/∂s and ∂x/∂t, and the weights of the nodes.
+    /// Returns the position x, the tangents ∂x/∂s and ∂x/∂t, and the weights of the nodes at the point (s, t) of the
+    /// face.
     fn point(&self, place: [f64; 2]) -> ([f64; 3], [[f64; 3]; 2], Vec<f64>) {
         let natural = [0, 1, 2]
             .map(|a| self.corner[a] + place[0] * self.sides[0][a] + place[1] * self.sides[1][a]);

@@ -1,9 +1,9 @@
-//! Natural frequencies of K φ = ω² M φ for imported matrices, which may have a singular stiffness, rows without mass
-//! and any units.
+//! Natural frequencies of K φ = ω² M φ for imported matrices. The stiffness matrix K can be singular, and the mass
+//! matrix M can have rows without mass. The matrices can be in any units.
 //!
-//! The operator (K + s·M)⁻¹ M with s > 0 handles both singularities. A rigid mode has the eigenvalue 1/s. Motions
-//! without mass have the eigenvalue 0, so massless rows are condensed statically and need no search. The shift s is
-//! found from the lowest elastic mode.
+//! The operator (K + s·M)⁻¹ M with s > 0 exists for a singular K and for a singular M. A rigid mode has the eigenvalue
+//! 1/s. Motions without mass have the eigenvalue 0, so massless rows are condensed statically and need no search. The
+//! shift s is found from the lowest elastic mode.
 
 use crate::linalg::{LinalgError, Matrix, SparseCholesky, SparseSymmetric};
 use crate::structure::StructureError;
@@ -13,34 +13,37 @@ use crate::structure::order::elimination_order;
 
 /// A larger diagonal of the stiffness is a penalty that fixes the row. Abaqus writes 1e36.
 const PENALTY: f64 = 1e30;
-/// Up to this number of rows all eigenvalues are computed by a dense method, in some seconds.
+/// A dense method computes all eigenvalues of matrices of up to `DENSE` rows in some seconds.
 pub(super) const DENSE: usize = 450;
-/// The first shift is this share of the smallest ratio of the diagonals of K and M, an upper bound of the lowest ω².
+/// The first shift is `FIRST_SHARE` times the smallest ratio of the diagonals of K and M. The smallest ratio of the
+/// diagonals is an upper bound of the lowest ω².
 const FIRST_SHARE: f64 = 1e-3;
-/// A ratio of diagonals below this share of the largest counts as zero.
+/// The estimate of the shift ignores ratios of diagonals of K and M below `NO_RATIO` times the largest ratio.
 const NO_RATIO: f64 = 1e-14;
-/// Valid range of the shift divided by the lowest elastic ω². The number of lost digits follows from this ratio.
+/// Valid range of the shift divided by the lowest elastic ω². The number of digits that the solver loses depends on the
+/// shift divided by the lowest elastic ω².
 const SHIFTS: [f64; 2] = [1e-4, 10.0];
-/// If K + s·M is not positive definite because of rounding, the shift is multiplied by this factor, [`TRIALS`] times
-/// at most.
+/// If rounding makes K + s·M not positive definite, the solver multiplies the shift s by `LARGER`, [`TRIALS`] times at
+/// most.
 const LARGER: f64 = 100.0;
 const TRIALS: usize = 8;
-/// If no shift helps, some massless rows have no stiffness. The solver then increases the diagonal of K by this share.
+/// If K + s·M is not positive definite at any shift s, some massless rows have no stiffness. For such massless rows,
+/// the solver increases the diagonal of K by the share `STEADYING`.
 const STEADYING: f64 = 1e-11;
-/// A mode is rigid if φᵀKφ / Σ|φᵢKᵢⱼφⱼ| is below this factor times the precision of the entries. For a rigid mode,
-/// rounding of the matrix entries leaves a ratio up to the precision of the entries.
+/// A mode φ is rigid if φᵀKφ / Σ|φᵢKᵢⱼφⱼ| is below `RIGID` times the precision of the entries of K. Rounding of the
+/// entries gives a rigid mode a ratio φᵀKφ / Σ|φᵢKᵢⱼφⱼ| up to the precision of the entries.
 const RIGID: f64 = 20.0;
-/// A stiffness that a program has condensed has larger errors than the rounding of its entries. Modes with a
-/// resistance below this share are rigid too, if the frequency above them is larger by the factor [`GAP`].
+/// A stiffness that a program has condensed has larger errors than the rounding of its entries. Modes with φᵀKφ /
+/// Σ|φᵢKᵢⱼφⱼ| below `NEARLY_RIGID` are also rigid if the next frequency is larger by the factor [`GAP`].
 const NEARLY_RIGID: f64 = 1e-10;
 const GAP: f64 = 1e3;
 /// Average precision of entries that a program has summed in double precision.
 pub(super) const SUMMED_PRECISION: f64 = 5e-16;
 /// Number of modes computed in addition to the requested ones: the rigid modes of a body.
 const BODY: usize = 6;
-/// An eigenvalue of (K + sM)⁻¹M below this share of the largest belongs to a motion without mass.
+/// An eigenvalue of (K + sM)⁻¹M below `NO_MASS` times the largest eigenvalue belongs to a motion without mass.
 const NO_MASS: f64 = 1e-13;
-/// Block size of the Lanczos process: a free body has this many equal rigid modes.
+/// Block size of the Lanczos process, equal to the number of rigid modes of a free body.
 const BLOCK: usize = 6;
 
 /// Natural frequencies, and how many rows were used or left out.
@@ -232,7 +235,8 @@ impl UnsplitPencil<'_> {
     }
 }
 
-/// Returns the number of each row's body, and the number of bodies. An entry joins its two rows to one body.
+/// Returns the number of each row's body, and the number of bodies. An entry of K or M connects the bodies of its row
+/// and its column to one body.
 pub(super) fn bodies(
     size: usize,
     k: &[(u32, u32, f64)],

@@ -4,9 +4,10 @@
 //! patch of one element has about half of its compliance on a half space. Where a half space replaces the local part
 //! of the mesh, the compliance of the mesh must be subtracted.
 //!
-//! This module computes the compliance of a half space that is cut into layers of equal boxes, with a regular grid of
-//! nodes along x and y. For waves exp(i(k_x x + k_y y)) a layer is a matrix between the three displacements above it
-//! and the three below. The compliance of the face follows by eliminating the layers from the bottom up.
+//! This module computes the compliance of a half space that consists of layers of equal boxes. The nodes form a regular
+//! grid along x and y. For a wave exp(i(k_x x + k_y y)), the stiffness of a layer is a small matrix. The matrix couples
+//! the three displacements above the layer to the three displacements below the layer. The compliance of the face
+//! follows by eliminating the layers from the bottom up.
 
 use std::f64::consts::TAU;
 
@@ -40,8 +41,8 @@ impl Default for FaceResolution {
 
 /// Displacements of nodes on the face of a half space under a unit force on one node \[m/N\].
 ///
-/// The index `[i * (reach[1] + 1) + j]` has the distances i and j between the two nodes along x and y, in nodes from
-/// 0. For a negative i or j, `xy` has the sign of i·j.
+/// The entry `[i * (reach[1] + 1) + j]` is for two nodes that are i boxes apart along x and j boxes apart along y. If i
+/// or j is negative, `xy` is multiplied by the sign of i·j.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FaceCompliance {
     /// Largest distances between nodes along x and y, in nodes.
@@ -59,11 +60,12 @@ pub struct FaceCompliance {
 impl FaceCompliance {
     /// Computes the compliance of a half space of boxes.
     ///
-    /// `sides` are the sides of a box along x and y \[m\], and `layers` the thicknesses of the layers from the face
-    /// down \[m\]. Below them the layers grow, down to a depth where the displacements have decayed.
+    /// `sides` are the sides of a box along x and y \[m\]. `layers` are the thicknesses of the layers from the face
+    /// down \[m\]. Below `layers`, the function adds thicker layers, down to a depth where the displacements have
+    /// decayed.
     ///
     /// # Errors
-    /// [`StructureError::OutOfRange`] for a length that is not positive and finite.
+    /// [`StructureError::OutOfRange`] if a length is not positive and finite.
     pub fn of_layered_half_space(
         elastic: Elastic,
         sides: [f64; 2],
@@ -92,8 +94,9 @@ impl FaceCompliance {
         let layers = Layers::new(elastic, sides, layers, depth, formulation)?;
         let short_period = layers.periodic(waves, reach);
         let long_period = layers.periodic(2 * waves, reach);
-        // The periodic images of the force, and the mean displacement that is set to zero, add a constant that is
-        // inversely proportional to the period. The rest falls with the cube of the period.
+        // The force has periodic images, and the mean displacement is set to zero. Both add to the displacements a
+        // constant that is inversely proportional to the period. The other error of the displacements is inversely
+        // proportional to the cube of the period.
         let extrapolate = |short_period: &[f64], long_period: &[f64]| -> Vec<f64> {
             long_period
                 .iter()
@@ -129,8 +132,8 @@ impl FaceCompliance {
         }
     }
 
-    /// Returns the matrices zz, xx, yy and xy between all nodes of a mesh of `reach` boxes, each `nodes × nodes` row
-    /// by row. Node (i, j) has the number `i * (reach[1] + 1) + j`.
+    /// Returns the compliance matrices zz, xx, yy and xy between all nodes of a mesh of `reach` boxes. Each matrix has
+    /// `nodes × nodes` entries, row by row. Node (i, j) has the number `i * (reach[1] + 1) + j`.
     pub fn matrices(&self) -> [Vec<f64>; 4] {
         let width = self.reach[1] + 1;
         let nodes = (self.reach[0] + 1) * width;
@@ -171,8 +174,8 @@ const STEPS: [[f64; 2]; 9] = [
     [1.0, 1.0],
 ];
 
-/// Stiffness of a layer between its sides 0 (lower) and 1 (upper), as `[side][other side][step]`. Entries of all
-/// pairs of corners with the same step are summed.
+/// Stiffness between the lower side (0) and the upper side (1) of a layer, as `[side][other side][step]`. Entries of
+/// all pairs of corners with the same step are summed.
 type Layer = [[[Block; 9]; 2]; 2];
 
 /// Layers of boxes, from the face down.

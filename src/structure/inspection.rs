@@ -1,12 +1,12 @@
-//! Checks of imported matrices: masses, massless rows, modal coordinates, rows that the user fixes, and likely units.
-//! All numbers are in the units of the files.
+//! Checks of imported matrices. The checks cover masses, massless rows, modal coordinates, rows that the user fixes,
+//! and likely units. All numbers are in the units of the files.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 
 use crate::structure::matrices::{Dof, Matrices, Role, Triplets};
 use crate::structure::readers::{CALCULIX_LIST, DECK};
 
-/// A diagonal below this share of the largest of its kind counts as zero.
+/// A diagonal below `ZERO` times the largest diagonal of translations, or of rotations, counts as zero.
 const ZERO: f64 = 1e-14;
 /// Tolerance of unit modal masses and of the orthogonality of modes.
 const MODAL: f64 = 1e-6;
@@ -14,10 +14,10 @@ const MODAL: f64 = 1e-6;
 /// zero.
 const MOVED: f64 = 1e-2;
 
-/// A body is free if a translation strains it by less than this share of its stiffness.
+/// A body is free if its resistance to a translation is less than `FREE_STRAIN` times its stiffness.
 const FREE_STRAIN: f64 = 1e-6;
-/// A free body gives a warning if it resists a rotation by more than this share of its stiffness, and by more than
-/// [`ROTATION_RATIO`] times its resistance to translations.
+/// A free body gives a warning if its resistance to a rotation exceeds two limits. The limits are `ROTATION_RESISTANCE`
+/// times the stiffness, and [`ROTATION_RATIO`] times the resistance to translations.
 const ROTATION_RESISTANCE: f64 = 1e-7;
 /// Factor above the resistance to translations, which is rounding, for a warning.
 const ROTATION_RATIO: f64 = 1e3;
@@ -82,12 +82,13 @@ pub enum FixedError {
 
 /// Returns for each row whether the user fixes it, and notes for the user.
 ///
-/// `text` is a list with commas. An item is `SET`, `NODE` or `FIRST-LAST`, each with optional `.DIRECTIONS` or
-/// `:DIRECTIONS` (`12.123`, `CLAMP:3`); `row:K` or `row:K-L` (from 1); or `boundary`, every row that is not modal.
+/// `text` is a list with commas. An item that selects nodes is `SET`, `NODE` or `FIRST-LAST`. `.DIRECTIONS` or
+/// `:DIRECTIONS` can follow such an item, for example `12.123` or `CLAMP:3`. An item that selects rows is `row:K` or
+/// `row:K-L`, and rows count from 1. The item `boundary` selects every row that is not modal.
 ///
 /// # Errors
-/// [`FixedError`] for a set, node, direction or row that does not exist. A set whose nodes have no rows gives a note
-/// instead, because the other program has removed these rows.
+/// [`FixedError`] for a set, node, direction or row that does not exist. If the nodes of a set have no rows, the
+/// function returns a note. The finite-element program has then removed the rows of the nodes.
 pub fn parse_fixed_rows(
     matrices: &Matrices,
     text: &str,
@@ -245,8 +246,9 @@ pub fn inner_nodes_note(matrices: &Matrices) -> Option<String> {
     ))
 }
 
-/// Returns warnings about matrices that are probably no valid structure: nodes with stiffness but no mass or vice
-/// versa, bodies that resist a rotation, and a mass that hardly resists a translation.
+/// Returns warnings about matrices that probably do not define a valid structure. The function warns about nodes with
+/// stiffness but no mass, and about nodes with mass but no stiffness. The function also warns about bodies that resist
+/// a rigid rotation, and about a mass that hardly resists a translation.
 pub fn model_warnings(matrices: &Matrices) -> Vec<String> {
     let mut warnings = Vec::new();
     let (Some(dofs), Some(stiffness), Some(mass)) =
@@ -308,8 +310,8 @@ pub fn model_warnings(matrices: &Matrices) -> Vec<String> {
     warnings
 }
 
-/// Returns the sum of the mass between displacements along each axis. An axis is `None` if it has no row or if no
-/// file says which rows it has.
+/// Returns the sum of the mass between displacements along each axis. The sum along an axis is `None` if the matrices
+/// have no row along the axis. The sum is also `None` if no file lists the directions of the rows.
 pub fn mass_by_direction(matrices: &Matrices) -> [Option<f64>; 3] {
     let (Some(dofs), Some(mass)) = (&matrices.dofs, &matrices.mass) else {
         return [None; 3];
@@ -360,8 +362,8 @@ fn bodies_of_nodes(matrices: &Matrices, dofs: &[Dof]) -> (Vec<i64>, Vec<usize>) 
     (nodes, body_of_node)
 }
 
-/// Returns a warning if a free body resists a rotation. In such a body the rows or the positions of the nodes do not
-/// match the stiffness.
+/// Returns a warning if a free body resists a rotation. If a free body resists a rotation, the rows or the positions of
+/// its nodes do not match the stiffness.
 fn rotation_warning(matrices: &Matrices) -> Option<String> {
     let (dofs, stiffness) = (matrices.dofs.as_ref()?, matrices.stiffness.as_ref()?);
     let (nodes, body_of_node) = bodies_of_nodes(matrices, dofs);
@@ -522,10 +524,10 @@ pub fn zero_diagonals(matrices: &Matrices, matrix: &Triplets) -> Vec<usize> {
         .collect()
 }
 
-/// Returns for each row whether it is a modal coordinate.
+/// Returns a value for each row of the matrices: true if the row is a modal coordinate.
 ///
-/// If the files describe the rows, modal coordinates are the scalars. Without this description, modal coordinates are
-/// the last rows, as long as their masses are 1 and these rows are not coupled with each other.
+/// If the files describe the rows, modal coordinates are the scalars. If no file describes the rows, modal coordinates
+/// are the last rows with unit masses and no coupling between these rows.
 pub fn modal_rows(matrices: &Matrices) -> Vec<bool> {
     if let Some(dofs) = &matrices.dofs {
         return dofs.iter().map(|dof| dof.direction == 0).collect();
@@ -562,7 +564,7 @@ pub fn modal_rows(matrices: &Matrices) -> Vec<bool> {
 pub struct Units {
     /// The likely system of units, or a statement that no system fits.
     pub likely: &'static str,
-    /// Evidence for this system of units.
+    /// Evidence for the likely system of units.
     pub why: String,
 }
 
@@ -573,21 +575,22 @@ pub struct Units {
 /// 4e5.
 const BY_DISTANCE: [f64; 2] = [1.2e3, 3e4];
 const BY_ROTATION: [f64; 2] = [3e2, 5e4];
-/// A total mass below this number is more likely in tonnes than in kilogrammes.
+/// A total mass below `LIGHT` is more likely in tonnes than in kilogrammes.
 const LIGHT: f64 = 1e-2;
 
 /// Estimates the units of the matrices from the wave speed.
 ///
-/// For a rod, √(K/M) of one element times its length is the wave speed. The wave speed is about 5 000 m/s in steel and
-/// differs little between solids, so its value distinguishes metres from millimetres.
+/// For one element of a rod, the wave speed is √(K/M) times the length of the element. The wave speed is about 5 000
+/// m/s in steel and differs little between solids. The value of the wave speed therefore shows whether lengths are in
+/// metres or in millimetres.
 pub fn units(matrices: &Matrices) -> Option<Units> {
     let total = mass_by_direction(matrices)
         .into_iter()
         .flatten()
         .fold(0.0, f64::max);
     if let Some((speed, [least, most], how)) = wave_speed(matrices) {
-        // A wave speed below all ranges comes from bending on a coarse mesh. Such a low speed does not indicate the
-        // units.
+        // A wave speed below all ranges comes from bending on a coarse mesh. A wave speed below all ranges does not
+        // indicate the units.
         let guess = match speed {
             v if (least..=most).contains(&v) => Some((
                 "m, kg, s (N, Pa)",
@@ -625,8 +628,8 @@ pub fn units(matrices: &Matrices) -> Option<Units> {
     None
 }
 
-/// Returns the wave speed, its range for solids in m/s, and a description of the estimate. The length is the distance
-/// of neighbouring nodes, or √(K/K) of rotations and displacements.
+/// Returns the estimated wave speed, the range of wave speeds in solids in m/s, and a description of the estimate. The
+/// length of the estimate is the distance of neighbouring nodes, or √(K/K) of rotations and displacements.
 fn wave_speed(matrices: &Matrices) -> Option<(f64, [f64; 2], String)> {
     let (dofs, stiffness, mass) = (
         matrices.dofs.as_ref()?,

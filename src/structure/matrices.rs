@@ -1,5 +1,6 @@
-//! Stiffness, mass and damping as written by a finite-element program: sparse entries in any order, and the node and
-//! direction of every row if the file has them. All numbers are in the units of the file.
+//! Stiffness, mass and damping matrices from a finite-element program. The entries are sparse, in any order. The
+//! matrices also have the node and the direction of every row, if the file contains the nodes and directions. All
+//! numbers are in the units of the file.
 
 use std::collections::HashMap;
 
@@ -12,8 +13,8 @@ use super::element::Formulation;
 pub struct Dof {
     /// Number of the node in the file. Negative for an internal node of the program.
     pub node: i64,
-    /// 1–3: displacement along x, y, z. 4–6: rotation about x, y, z. 0: scalar (modal coordinate). Other numbers are
-    /// specific to the program.
+    /// Number of the direction. 1, 2 and 3 are displacements along x, y and z. 4, 5 and 6 are rotations about x, y and
+    /// z. 0 is a scalar, such as a modal coordinate. Other numbers are specific to the finite-element program.
     pub direction: u32,
 }
 
@@ -66,14 +67,14 @@ impl Role {
     }
 }
 
-/// Square sparse matrix with its entries in the order of the file.
+/// Square sparse matrix, with the matrix entries in the order of the file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Triplets {
     /// Number of rows, equal to the number of columns.
     pub size: usize,
     /// Row, column (from 0) and value of each entry. Entries at the same place are summed.
     pub entries: Vec<(u32, u32, f64)>,
-    /// True if the file has one triangle, so that each off-diagonal entry also counts as its mirror image.
+    /// True if the file has only one triangle of the matrix. Each off-diagonal entry a_ij then also counts as a_ji.
     pub is_triangle: bool,
     /// Relative precision of the numbers in the file: half a unit of the last digit.
     pub precision: f64,
@@ -84,9 +85,9 @@ pub struct Triplets {
 pub struct Asymmetry {
     /// Largest |a_ij − a_ji| over the largest |a_ij|.
     pub share: f64,
-    /// Row and column of this difference, from 0.
+    /// Row and column of the largest |a_ij − a_ji|, from 0.
     pub at: (usize, usize),
-    /// The two values a_ij and a_ji at this place.
+    /// The two values a_ij and a_ji with the largest |a_ij − a_ji|.
     pub values: (f64, f64),
 }
 
@@ -130,8 +131,7 @@ impl Triplets {
         sorted
     }
 
-    /// Returns true if all off-diagonal entries are on one side of the diagonal, and the matrix is not marked as one
-    /// triangle.
+    /// Returns true if the matrix has entries on only one side of the diagonal and is not marked as one triangle.
     pub fn has_one_triangle(&self) -> bool {
         let mut off_diagonal = self.entries.iter().filter(|e| e.0 != e.1 && e.2 != 0.0);
         let Some(first) = off_diagonal.next() else {
@@ -186,7 +186,7 @@ impl Triplets {
         sum_duplicates(&mut self.entries);
     }
 
-    /// Returns the sum of the entries whose rows and columns are `chosen`, over both triangles.
+    /// Returns the sum of the entries of the full matrix whose rows and columns are both `chosen`.
     pub fn sum_between(&self, chosen: impl Fn(usize) -> bool) -> f64 {
         let mut sum = 0.0;
         for &(i, j, v) in &self.entries {
@@ -249,7 +249,7 @@ pub struct Unit {
 pub struct Matrices {
     /// Number of rows of the matrices.
     pub size: usize,
-    /// Degree of freedom of each row. `None` if no file has it.
+    /// Degree of freedom of each row. `None` if no file has the degrees of freedom.
     pub dofs: Option<Vec<Dof>>,
     /// Stiffness.
     pub stiffness: Option<Triplets>,

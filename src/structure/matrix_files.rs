@@ -54,7 +54,8 @@ impl<'a> MatrixFiles<'a> {
         matrix_market(&self.system.mass, to)
     }
 
-    /// Writes the nodes with their positions \[m\], in the order of the rows. Each node has three rows.
+    /// Writes the nodes of the mesh with their positions \[m\], in the order of the rows of the matrices. Each node has
+    /// three rows in the matrices.
     ///
     /// # Errors
     /// I/O errors of the writer.
@@ -81,8 +82,9 @@ impl<'a> MatrixFiles<'a> {
         Ok(())
     }
 
-    /// Returns the node numbers of a point in the form of a scene. The scene takes their mean displacement, which is
-    /// the displacement of the point if it is in the middle between the nodes.
+    /// Returns the node numbers of a point in the form of a scene. The scene takes the mean displacement of these node
+    /// numbers. If the point is in the middle between the nodes, the mean displacement is the displacement of the
+    /// point.
     pub fn point(&self, name: &str) -> Option<String> {
         let point = self
             .resonator

@@ -16,10 +16,11 @@ const ENTRY: f64 = 16.0;
 const VECTORS_A_MODE: f64 = 2.0;
 
 impl Resonator {
-    /// Estimates the peak memory of [`Resonator::reduce`] for this number of modes \[B\].
+    /// Estimates the peak memory of [`Resonator::reduce`] for a given number of modes \[B\].
     ///
-    /// The sum has stiffness and mass, the shifted matrix, its factor, and the larger of the flexibility of the ports
-    /// and the Lanczos basis. The sparsity pattern of the factor follows from the mesh.
+    /// The estimate is the sum of stiffness, mass, the shifted matrix, the factor of the shifted matrix, and one
+    /// further term. The further term is the flexibility of the ports or the Lanczos basis, whichever is larger. The
+    /// sparsity pattern of the factor follows from the mesh.
     ///
     /// # Errors
     /// [`StructureError`] for invalid dimensions.
@@ -50,7 +51,7 @@ impl Resonator {
         let below = below_diagonal(&order, &starts, &neighbours);
         let mut factor_entries = 0.0;
         for column in below {
-            // Each of the three columns of a node also has the rows of the node itself.
+            // The columns of a node in the factor also have entries in one to three rows of the same node.
             for own in 1..=3 {
                 factor_entries += AXES * column as f64 + own as f64;
             }
@@ -69,10 +70,11 @@ impl Resonator {
 }
 
 impl ImportedStructure {
-    /// Estimates the peak memory of [`ImportedStructure::reduce`] for this number of modes \[B\].
+    /// Estimates the peak memory of [`ImportedStructure::reduce`] for a given number of modes \[B\].
     ///
-    /// The sum has the matrices as read and as factorized, the factor, and the larger of the flexibility of the ports
-    /// and the Lanczos basis.
+    /// The estimate is the sum of the matrices before factorization, the matrices for the factorization, the factor,
+    /// and one further term. The further term is the flexibility of the ports or the Lanczos basis, whichever is
+    /// larger.
     ///
     /// # Errors
     /// [`ImportError`] for a contact element without nodes, and if the memory does not suffice for the pattern of the

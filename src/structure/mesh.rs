@@ -26,22 +26,23 @@ pub struct Mesh {
     pub materials: Vec<Material>,
 }
 
-/// Point of a structure between nodes. The displacement of the point is the weighted sum of the displacements of its
-/// nodes, and a force on the point is distributed to the nodes by the same weights.
+/// Point of a structure between nodes. The displacement of the point is the weighted sum of the displacements of nodes.
+/// A force on the point is distributed to the nodes by the weights of the displacements.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Point {
     /// Name of the point in the scene.
     pub name: String,
     /// Position \[m\].
     pub position: [f64; 3],
-    /// Nodes and their weights, which sum to one.
+    /// Nodes around the point, and the weights of the nodes, which sum to one.
     pub weights: Vec<(usize, f64)>,
 }
 
 /// Tolerance in natural coordinates for a point on the face of an element. The tolerance allows for rounding of the
 /// position.
 const ON_FACE: f64 = 1e-9;
-/// A weight below this is rounding. If a node has such a weight, the point is on the face or edge opposite to the node.
+/// A weight of a node below `NO_WEIGHT` is a rounding error. If a node has a weight below `NO_WEIGHT`, the point is on
+/// the face or edge opposite to the node.
 const NO_WEIGHT: f64 = 1e-9;
 /// Largest number of Newton steps to find natural coordinates. A parallelepiped takes one, a distorted element a few.
 const LOCATE_STEPS: usize = 30;
@@ -106,7 +107,7 @@ impl Mesh {
         })
     }
 
-    /// Checks that the nodes and the material of every element exist, and that every material is valid.
+    /// Checks that the nodes and the material of every element exist. Checks that every material is valid.
     pub fn check(&self) -> Result<(), StructureError> {
         for material in &self.materials {
             element::check(material)?;
@@ -133,7 +134,8 @@ impl Mesh {
     }
 }
 
-/// Returns the grid positions of the corners of cell (i, j, k), in the element's order of nodes.
+/// Returns the grid positions of the corners of cell (i, j, k). The corners are in the order of the nodes of an
+/// element.
 pub(crate) fn corners(i: usize, j: usize, k: usize) -> [[usize; 3]; 8] {
     [
         [i, j, k],
@@ -172,7 +174,7 @@ fn locate(nodes: &[[f64; 3]; 8], position: [f64; 3]) -> Option<[f64; 3]> {
             break;
         }
     }
-    // The comparison also rejects NaN, which a diverged iteration gives.
+    // The comparison `abs() <= 1.0 + ON_FACE` rejects the NaN of a diverged iteration.
     natural
         .iter()
         .all(|x| x.abs() <= 1.0 + ON_FACE)

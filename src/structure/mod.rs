@@ -1,4 +1,4 @@
-//! Structural model of a bolted joint, from the mesh to the reduced model: elements, modes, static residual.
+//! Structural model of a bolted joint, from the mesh to the reduced model.
 //!
 //! - [`mesh`]: hexahedral meshes and points on them; [`resonator`]: the parametric single-lap-joint resonator.
 //! - [`element`]: the 8-node hexahedron, plain and with incompatible modes; [`solids`]: the elements of imported

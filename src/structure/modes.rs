@@ -1,32 +1,37 @@
 //! Rigid and elastic modes of K φ = ω² M φ, φᵀ M φ = 1.
 //!
-//! Block Lanczos with the operator (K + s·M)⁻¹ M and a small shift s > 0 computes the elastic modes, in the inner
-//! product of M with full reorthogonalisation. Every block is orthogonal to the rigid modes, which follow from the
-//! coordinates. Blocks find modes of equal frequency, which single vectors miss.
+//! The block Lanczos method computes the elastic modes. The operator is (K + s·M)⁻¹ M with a small shift s > 0. The
+//! method uses the inner product of M and full reorthogonalisation. Every block is orthogonal to the rigid modes, which
+//! follow from the coordinates. A block of vectors finds several modes of equal frequency. A single vector finds only
+//! one of the modes.
 
 use crate::linalg::{LinalgError, Matrix, SparseCholesky, SparseSymmetric};
 use crate::structure::StructureError;
 use crate::structure::assembly::System;
 
-/// A combination of rigid motions is a rigid mode if its Rayleigh quotient is below this share of the shift.
+/// A combination of rigid motions is a rigid mode if its Rayleigh quotient is below `RIGID_SHARE` times the shift.
 ///
 /// Due to rounding, a rigid mode has a Rayleigh quotient of up to 1e-9 of the shift. If the shift is 300 Hz, a mode on
 /// a soft spring at 0.33 Hz is elastic.
 const RIGID_SHARE: f64 = 1e-6;
-/// A vector that keeps less than this share of its length after orthogonalisation is linearly dependent.
+/// A vector is linearly dependent if orthogonalisation reduces its length to less than `NOTHING_NEW` times the length
+/// before.
 const NOTHING_NEW: f64 = 1e-10;
-/// If the ratio of the Cholesky pivots of a block's Gram matrix is below this, the block is orthonormalised column by
-/// column. Two passes of the whole block would not make it orthonormal to rounding.
+/// The solver orthonormalises a block column by column if its Gram matrix is nearly singular. The limit of the ratio of
+/// its Cholesky pivots is `NEARLY_DEPENDENT`. Two passes over all columns at once would not make a nearly singular
+/// block orthonormal to rounding.
 const NEARLY_DEPENDENT: f64 = 1e-5;
 
 /// Shifts at which a reduction factorises the stiffness.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ShiftSettings {
-    /// The shift is this share of the largest ratio of the diagonals of K and M, which is near the largest eigenvalue. K
-    /// + s·M then keeps nine digits in the worst direction, and s is well below the highest requested modes.
+    /// The shift s is `shift_share` times the largest ratio of the diagonals of K and M. The largest ratio is close to
+    /// the largest eigenvalue. With the shift s, the matrix K + s·M keeps nine digits in the worst direction. The shift
+    /// s is well below ω² of the highest requested modes.
     pub shift_share: f64,
-    /// Difference of the two shifts from which the slope of the residual is computed, as a share of the highest kept ω².
-    /// The next term of the series is then below a percent of the slope, and the difference still keeps its digits.
+    /// Difference between two shifts, divided by the highest kept ω². The slope of the residual is computed from the
+    /// residuals at the two shifts. The next term of the series is then below a percent of the slope, and the
+    /// difference still keeps its digits.
     pub slope_share: f64,
 }
 
@@ -46,7 +51,7 @@ pub struct ModeOptions {
     /// Number of vectors in a block, at least the largest expected number of modes of equal frequency.
     pub block: usize,
     /// Accepted relative residual ‖(K + sM)⁻¹Mφ − θφ‖/θ in the norm of M, with θ = 1/(ω² + s). The relative error of a
-    /// frequency is the square of this residual.
+    /// frequency is the square of the relative residual.
     pub tolerance: f64,
     /// Number of Lanczos vectors at which the iteration stops with an error.
     pub max_vectors: usize,
@@ -119,8 +124,8 @@ pub fn rigid_modes(system: &System, shift: f64) -> Result<Matrix, LinalgError> {
     Ok(basis.times(&vectors.column_range(0..free)))
 }
 
-/// Makes the columns of `block` orthonormal in M to the basis and to each other, and appends those that are
-/// independent.
+/// Makes the columns of `block` orthonormal in M to the basis and to each other. Appends the independent columns to the
+/// basis.
 fn append_orthonormal(mass: &SparseSymmetric, mut block: Matrix, basis: &mut Matrix) {
     // The second pass removes the rounding errors of the first. Two passes are enough.
     for pass in 0..2 {
@@ -137,15 +142,15 @@ fn append_orthonormal(mass: &SparseSymmetric, mut block: Matrix, basis: &mut Mat
     }
 }
 
-/// Returns true if a division by this Cholesky factor of a Gram matrix keeps most digits.
+/// Returns true if a division by the Cholesky `factor` of a Gram matrix keeps most digits.
 fn well_conditioned(factor: &Matrix) -> bool {
     let diagonal = || (0..factor.rows()).map(|i| factor[(i, i)]);
     let largest = diagonal().fold(0.0, f64::max);
     diagonal().fold(f64::INFINITY, f64::min) > NEARLY_DEPENDENT * largest
 }
 
-/// Makes the columns of `block` orthonormal in M to the basis and to each other, one at a time. Appends those that
-/// are independent.
+/// Makes the columns of `block` orthonormal in M to the basis and to each other, one at a time. Appends the independent
+/// columns to the basis.
 fn append_one_by_one(mass: &SparseSymmetric, block: &Matrix, basis: &mut Matrix) {
     for c in 0..block.columns() {
         let mut column = block.column_range(c..c + 1);
@@ -265,8 +270,8 @@ pub fn lowest_of(
         projected = grown;
         expanded = basis.columns();
 
-        // The error of a Ritz vector is in the remainder of the last block: ‖A x − θ x‖ = ‖remainder · (last rows of
-        // y)‖.
+        // The error of a Ritz vector x with the coefficients y follows from the remainder of the last block: ‖A x − θ
+        // x‖ = ‖remainder · (last rows of y)‖.
         let remainder = image.transpose_times(&mass.times(&image));
         let (theta, vectors) = projected.symmetric_eigen().map_err(fail)?;
         let residual = |mode: usize| {
@@ -323,7 +328,7 @@ pub fn lowest_of(
     }
 }
 
-/// Reverses a shape if its largest entry is negative.
+/// Reverses the sign of a mode shape if its largest entry is negative.
 fn make_largest_positive(shape: &mut [f64]) {
     let largest = shape
         .iter()

@@ -49,8 +49,8 @@ pub enum NodeTableError {
     Empty,
 }
 
-/// Row of a table: its line, and its values in the order of the requested columns. An absent optional column is
-/// `None`.
+/// Row of a table, with its line number and its values. The values are in the order of the requested columns. An absent
+/// optional column is `None`.
 struct Row {
     line: u64,
     values: Vec<Option<String>>,
@@ -142,7 +142,7 @@ pub struct Positions {
     pub order: Vec<i64>,
 }
 
-/// Reads positions of nodes from the columns node, x, y and z, in the unit of the table.
+/// Reads positions of nodes from the columns node, x, y and z. The positions are in the unit of the table.
 ///
 /// # Errors
 /// [`NodeTableError`] with the line.

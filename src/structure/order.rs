@@ -5,8 +5,8 @@ use std::collections::HashMap;
 use super::StructureError;
 use crate::linalg::{SparseSymmetric, minimum_degree};
 
-/// A piece of at most this many nodes is not divided further. Such a small piece becomes about one dense block of the
-/// factor.
+/// The ordering does not divide a piece of at most `LEAF_SIZE` nodes. A piece of at most `LEAF_SIZE` nodes becomes
+/// about one dense block of the factor.
 const LEAF_SIZE: usize = 40;
 /// Positions of trial cuts along an axis, as shares of the piece's nodes. An off-centre cut pays where the body is
 /// thinner.
@@ -197,8 +197,8 @@ impl Dissection<'_> {
         best.map(|b| (b.1, b.2))
     }
 
-    /// Marks the nodes of a piece below a level as near. Of the others, those with a near neighbour are marked as
-    /// cut, and the rest as far. Returns the numbers of near, far and cut nodes.
+    /// Marks the nodes of a piece below a level as near. Marks nodes above the level as cut if they have a near
+    /// neighbour, and all other nodes as far. Returns the numbers of near, far and cut nodes.
     fn mark(&mut self, piece: &[usize], axis: usize, level: f64) -> [usize; 3] {
         for &n in piece {
             self.side[n] = if self.coordinates[n][axis] < level {
@@ -230,8 +230,8 @@ impl Dissection<'_> {
         (0..3).fold(0, |a, b| if extents[b] > extents[a] { b } else { a })
     }
 
-    /// Sorts by one coordinate, and by number where the coordinates are equal, so that every machine has the same
-    /// order.
+    /// Sorts nodes by one coordinate. Nodes with equal coordinates are sorted by number, so that every machine has the
+    /// same order.
     fn sort(&self, piece: &mut [usize], axis: usize) {
         piece.sort_unstable_by(|&a, &b| {
             self.coordinates[a][axis]

@@ -7,22 +7,23 @@ use super::solids::FACES;
 use crate::linalg::Matrix;
 use crate::linalg::vectors::{cross, dot, minus};
 
-/// Two faces are coplanar if the product of their normals is at least this (some 18°). A curved face of a distorted
-/// mesh stays above it.
+/// Two faces are coplanar if the product of their unit normals is at least `ONE_PLANE` (some 18°). Neighbouring faces
+/// on a curved face of a distorted mesh have a product above `ONE_PLANE`.
 const ONE_PLANE: f64 = 0.95;
-/// Two edges are collinear if the product of their directions is at least this.
+/// Two edges are collinear if the product of their unit directions is at least `ONE_LINE`.
 const ONE_LINE: f64 = 0.999;
 /// Largest number of segments of a straight line. More would show no more bending in a low mode.
 const PARTS: usize = 8;
 
-/// Outline of a structure with its motion in the modes, for drawings.
+/// Outline of a structure, and the motion of the outline in the modes, for drawings.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outline {
     /// Straight lines in order: the name of each line's part, and its number of points.
     pub lines: Vec<(String, usize)>,
     /// Points of all lines, in order \[m\].
     pub positions: Vec<[f64; 3]>,
-    /// Modes at the points \[kg^-1/2\]: three rows per point (x, y, z), one column per mode, rigid modes first.
+    /// Mode shapes at the points \[kg^-1/2\]. The matrix has three rows per point (x, y, z) and one column per mode,
+    /// rigid modes first.
     pub shapes: Matrix,
 }
 
@@ -31,7 +32,7 @@ pub struct Outline {
 pub struct Line {
     /// Part of the mesh that the line belongs to. The first part for an edge where parts meet.
     pub part: usize,
-    /// Nodes from one end to the other, at most eight segments.
+    /// Nodes from one end of the line to the other end, with at most eight segments.
     pub nodes: Vec<usize>,
 }
 
@@ -124,7 +125,8 @@ fn sharp_edges(faces: impl IntoIterator<Item = Face>, nodes: &[[f64; 3]]) -> BTr
     let mut around: HashMap<Edge, Vec<([f64; 3], usize)>> = HashMap::new();
     for (corners, part) in &outer_faces(faces) {
         let at = |k: usize| nodes[corners[k % corners.len()]];
-        // Product of the diagonals of a quadrangle, or of two sides of a triangle.
+        // The normal of a quadrangle is the cross product of its diagonals. The normal of a triangle is the cross
+        // product of two sides.
         let normal = unit(cross(minus(at(2), at(0)), minus(at(3), at(1))));
         for k in 0..corners.len() {
             let (a, b) = (corners[k], corners[(k + 1) % corners.len()]);
@@ -135,7 +137,8 @@ fn sharp_edges(faces: impl IntoIterator<Item = Face>, nodes: &[[f64; 3]]) -> BTr
     let sharp = around.into_iter().filter(|(_, faces)| {
         let first = faces[0].0;
         let mut others = faces.iter().skip(1);
-        // The order of the nodes does not say which side of a face is outside, so the sign of a normal is arbitrary.
+        // The sign of a normal is arbitrary, because the order of the nodes does not determine the outer side of a
+        // face.
         others.any(|(normal, _)| dot(first, *normal).abs() < ONE_PLANE)
     });
     let part = |faces: &[([f64; 3], usize)]| faces.iter().map(|(_, part)| *part).min();

@@ -1,21 +1,23 @@
 //! The reduced model: modes, and the static residual of all higher modes, at the ports.
 //!
-//! A *port* is a combination of displacements where a force may act. The first ports are the relative displacements
-//! of the contact elements (upper minus lower body), of a pair of nodes or as the mean over the four pairs of a face.
-//! The drive and response points follow. With unit forces on the ports the receptance is
+//! A *port* is a combination of displacements where a force can act. The first ports are the relative displacements of
+//! the contact elements, upper body minus lower body. The relative displacement of a contact element is the
+//! displacement of one pair of nodes, or the mean over the four pairs of a face. The ports of the drive and response
+//! points follow the ports of the contact elements. With unit forces on the ports the receptance is
 //!
 //! H(ω) = Σ_rigid φφᵀ/(−ω²) + Σ_r φφᵀ/(ω_r² − ω² + 2iζω_rω) + R₀ + ω²R₁.
 //!
-//! R₀ + ω²R₁ approximates the modes above the n kept ones, Σ_{r>n} φφᵀ/(ω_r² − ω²) = R₀ + ω²R₁ + O(ω⁴/ω_n⁴). R₀ is
-//! the residual flexibility of MacNeal (Comput. Struct. 1, 1971), and R₁ gives the residual mass of Rubin (AIAA J.
-//! 13, 1975).
+//! R₀ + ω²R₁ approximates the modes above the n kept modes: Σ_{r>n} φφᵀ/(ω_r² − ω²) = R₀ + ω²R₁ + O(ω⁴/ω_n⁴). R₀ is the
+//! residual flexibility of MacNeal (Comput. Struct. 1, 1971). The residual mass of Rubin (AIAA J. 13, 1975) follows
+//! from R₁.
 //!
-//! The residual is the flexibility of K + s·M minus the share of the kept modes, for two shifts s. The rigid modes
-//! therefore need no support. The ports are eliminated last, so their flexibility is a small dense factor and needs
-//! no solve per port.
+//! The residual is the flexibility of K + s·M minus the share of the kept modes. The residual is computed for two
+//! shifts s. Because of the shift s, the rigid modes need no support. The ports are eliminated last. The flexibility of
+//! the ports is therefore a small dense factor and needs no solve per port.
 //!
-//! A force on a port acts along its displacement. A positive force on a contact port pulls the upper body along the
-//! positive axis and the lower body against it. Along z it opens the joint.
+//! A force on a port acts along the displacement of the port. A positive force on a contact port pulls the upper body
+//! along the positive axis and the lower body along the negative axis. A positive force on a contact port along z opens
+//! the joint.
 
 use std::collections::BTreeMap;
 
@@ -28,19 +30,20 @@ use crate::structure::mesh::Point;
 use crate::structure::modes::{ModeOptions, ShiftSettings, lowest, rigid_modes, shift};
 use crate::structure::resonator::FacingFaces;
 
-/// Frequency at which the reduced model is compared with the whole structure, as a share of the highest kept
-/// frequency. Relevant harmonics are below it.
+/// Frequency at which the reduced model is compared with the whole structure, as a share of the highest kept frequency.
+/// Relevant harmonics have frequencies below `CHECK_FREQUENCY_RATIO` times the highest kept frequency.
 const CHECK_FREQUENCY_RATIO: f64 = 0.5;
 
-/// A spring constrains a rigid mode if it lengthens by more than this share of a motion of unit mass.
+/// A spring constrains a rigid mode if the mode changes the length of the spring by more than a threshold. The
+/// threshold is `CONSTRAINED` divided by the square root of the mass of the structure.
 const CONSTRAINED: f64 = 1e-6;
 
 /// Kind of contact element of a structure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ContactPorts {
-    /// A face between four pairs of nodes. The displacement of the face is the mean of the displacements of the pairs,
-    /// and each pair bears a quarter of the force on the face.
+    /// A face between four pairs of nodes. The displacement of the face is the mean of the displacements of the four
+    /// pairs. Each pair of nodes bears a quarter of the force on the face.
     #[default]
     Faces,
     /// A pair of nodes, with a quarter of each face around it.
@@ -48,13 +51,15 @@ pub enum ContactPorts {
 }
 
 impl ContactPorts {
-    /// Returns true for faces. A recipe stores only the other value.
+    /// Returns true for faces. A recipe stores [`ContactPorts::Nodes`], but omits the default value
+    /// [`ContactPorts::Faces`].
     pub fn are_faces(&self) -> bool {
         *self == ContactPorts::Faces
     }
 }
 
-/// Ports of a structure: three for each contact element, then three for each point, along x, y and z.
+/// Ports of a structure. Each contact element has three ports along x, y and z. After the contact elements, each point
+/// has three ports.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ports {
     /// Degrees of freedom and weights of each port.
@@ -116,7 +121,7 @@ impl Ports {
         3 * self.contacts
     }
 
-    /// Returns the port of a point along an axis (0, 1, 2 for x, y, z).
+    /// Returns the port of a point along an axis. The numbers 0, 1 and 2 are the axes x, y and z.
     pub fn of_point(&self, name: &str, axis: usize) -> Option<usize> {
         let place = self.points.iter().position(|p| p == name)?;
         Some(self.contact_ports() + 3 * place + axis)
@@ -150,7 +155,7 @@ impl Ports {
     }
 }
 
-/// A structure reduced to its ports.
+/// Reduced structure: the ports of a structure, with their modes and residual flexibility.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ReducedStructure {
     /// The ports, in the order of the rows below.
@@ -180,8 +185,8 @@ pub struct ReducedStructure {
     pub reference: Option<ReferenceFlexibility>,
 }
 
-/// Flexibility of the whole structure at a shift that the reduction does not use. This flexibility shows the error of
-/// the reduction.
+/// Flexibility of the whole structure at a shift that the reduction does not use. The flexibility at the unused shift
+/// shows the error of the reduction.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ReferenceFlexibility {
     /// The shift s \[rad²/s²\].
@@ -197,11 +202,11 @@ impl ReferenceFlexibility {
     }
 }
 
-/// Reduces a structure to its ports.
+/// Reduces the structure `system` to its ports.
 ///
 /// # Errors
-/// [`StructureError`] for a port with a node that does not exist, for modes that do not converge, and for a stiffness
-/// that is not positive.
+/// [`StructureError`] if a node of a port does not exist or if the modes do not converge. [`StructureError`] if the
+/// stiffness is not positive.
 pub fn reduce(
     system: &System,
     ports: Ports,
@@ -210,8 +215,8 @@ pub fn reduce(
     reduce_with_shapes(system, ports, &[], options).map(|(reduced, _)| reduced)
 }
 
-/// Reduces a structure to its ports and also returns its modes \[kg^-1/2\] at `nodes`: three rows per node (x, y, z),
-/// one column per mode, rigid modes first.
+/// Reduces the structure `system` to its ports and returns the modes of the structure \[kg^-1/2\] at `nodes`. The
+/// matrix of the modes has three rows per node (x, y, z) and one column per mode, rigid modes first.
 ///
 /// # Errors
 /// As [`reduce`].
@@ -271,8 +276,8 @@ pub fn reduce_with_shapes(
 pub(super) struct ModesAtPorts {
     /// Rigid modes \[kg^-1/2\], one column each.
     pub rigid: Matrix,
-    /// ω² of the rigid modes \[rad²/s²\], nonzero only by rounding of the stiffness. Used to keep it out of the
-    /// residual.
+    /// ω² of the rigid modes \[rad²/s²\], nonzero only by rounding of the stiffness. The reduction subtracts the rigid
+    /// modes with `rigid_squares`, so that the residual does not contain the rounding of the stiffness.
     pub rigid_squares: Vec<f64>,
     /// Angular frequencies of the elastic modes \[rad/s\], ascending.
     pub omega: Vec<f64>,
@@ -282,7 +287,7 @@ pub(super) struct ModesAtPorts {
     pub residual: f64,
 }
 
-/// Computes the reduced structure from its kept modes and the flexibility of the ports.
+/// Computes the reduced structure from the kept modes and the flexibility of the ports.
 ///
 /// The first factor is the factor of K + shift·M, and its last `count` rows are the rows of the ports. `refactor`
 /// returns the factor for another shift.
@@ -319,7 +324,7 @@ pub(super) fn reduce_with_modes(
         drop(factor);
         (near, small)
     } else {
-        // The shift of the modes may be too large for the series about zero.
+        // The shift that computed the modes may be too large for the series of the residual about shift zero.
         drop(factor);
         (flexibility_above(&refactor(step)?, step), step)
     };
@@ -398,8 +403,8 @@ impl ReducedStructure {
 
     /// Computes the receptance \[m/N\] of all ports at angular frequency `omega` > 0 with a modal damping ratio ζ.
     ///
-    /// Returns its real and imaginary part for e^{+iωt}, so a lag has a negative imaginary part. Rigid modes and the
-    /// residual are undamped.
+    /// Returns the real and the imaginary part of the receptance for e^{+iωt}, so a lag has a negative imaginary part.
+    /// Rigid modes and the residual are undamped.
     pub fn receptance(&self, omega: f64, damping_ratio: f64) -> (Matrix, Matrix) {
         let squared = omega * omega;
         let mut real = self.residual_at(omega);
@@ -490,8 +495,8 @@ impl ReducedStructure {
     /// Adds a spring of a `stiffness` \[N/m\] to the reduced structure.
     ///
     /// `forces` are the parts of the spring's force on ports, positive where the port's displacement lengthens the
-    /// spring. Beyond the kept modes the result is exact at the ports statically and to first order in ω², and in the
-    /// shapes of the modes statically.
+    /// spring. The displacements of the ports include the modes beyond the kept modes exactly in statics and to first
+    /// order in ω². The shapes of the modes include the modes beyond the kept modes exactly in statics only.
     ///
     /// # Errors
     /// [`StructureError::Factorization`] if the modes are not found.
@@ -535,7 +540,8 @@ impl ReducedStructure {
             .iter()
             .any(|l| l.abs() > CONSTRAINED / self.mass.sqrt());
         let rigid_count = rigid_count - usize::from(constrains_rigid);
-        // The slope is (1 − s R₀ d dᵀ) R₁ (1 − s d dᵀ R₀), where d are the parts of the force and s is `force`.
+        // The slope of the residual is (1 − s R₀ d dᵀ) R₁ (1 − s d dᵀ R₀). The vector d has the parts of the force, and
+        // s is `force`.
         let slope: Vec<f64> = (0..ports)
             .map(|port| along(&|p| self.residual_slope[(port, p)]))
             .collect();
@@ -570,7 +576,7 @@ impl ReducedStructure {
 pub struct SprungModes {
     /// Angular frequencies \[rad/s\], ascending. The rigid modes come first and are zero except for rounding.
     pub omega: Vec<f64>,
-    /// Orthonormal columns over the (rigid, elastic) modes of the structure without springs. In the coordinates of
-    /// these modes the damping matrix V·diag(2ζω)·Vᵀ gives each mode with springs the ratio ζ.
+    /// Orthonormal columns over the (rigid, elastic) modes of the structure without springs. In the coordinates of the
+    /// modes without springs, the damping matrix V·diag(2ζω)·Vᵀ gives each mode with springs the damping ratio ζ.
     pub vectors: Matrix,
 }

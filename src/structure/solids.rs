@@ -10,15 +10,15 @@ use crate::structure::element::{self, CORNERS, Formulation, invert};
 pub enum Solid {
     /// Eight nodes.
     Hexahedron8(Formulation),
-    /// Twenty nodes: corners, then the midpoints of the edges below, above, and between. The stiffness has 27
-    /// integration points, or 8 if `reduced`.
+    /// Hexahedron with twenty nodes. The corners come first, then the midpoints of the lower, upper and vertical edges.
+    /// The stiffness has 27 integration points, or 8 if `reduced`.
     Hexahedron20 {
         /// True if the stiffness has 8 integration points.
         reduced: bool,
     },
     /// Six nodes: a triangle below, then the triangle above.
     Wedge6,
-    /// Fifteen nodes: corners, then the midpoints of the edges below, above, and between.
+    /// Wedge with fifteen nodes. The corners come first, then the midpoints of the lower, upper and vertical edges.
     Wedge15,
     /// Four nodes.
     Tetrahedron4,
@@ -38,7 +38,7 @@ pub const NAMES: [(&str, Solid); 8] = [
     ("C3D10", Solid::Tetrahedron10),
 ];
 
-/// Edges of a hexahedron, as pairs of corners. The midpoints of these edges are nodes 9 to 20.
+/// Edges of a hexahedron, as pairs of corners. The midpoints of the edges of a hexahedron are nodes 9 to 20.
 const EDGES: [[usize; 2]; 12] = [
     [0, 1],
     [1, 2],
@@ -53,7 +53,7 @@ const EDGES: [[usize; 2]; 12] = [
     [2, 6],
     [3, 7],
 ];
-/// Edges of a wedge, as pairs of corners. The midpoints of these edges are nodes 7 to 15.
+/// Edges of a wedge, as pairs of corners. The midpoints of the edges of a wedge are nodes 7 to 15.
 const WEDGE_EDGES: [[usize; 2]; 9] = [
     [0, 1],
     [1, 2],
@@ -65,7 +65,7 @@ const WEDGE_EDGES: [[usize; 2]; 9] = [
     [1, 4],
     [2, 5],
 ];
-/// Edges of a tetrahedron, as pairs of corners. The midpoints of these edges are nodes 5 to 10.
+/// Edges of a tetrahedron, as pairs of corners. The midpoints of the edges of a tetrahedron are nodes 5 to 10.
 const TETRAHEDRON_EDGES: [[usize; 2]; 6] = [[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]];
 /// Corners of the faces S1 to S6 of a hexahedron.
 pub const FACES: [[usize; 4]; 6] = [
@@ -158,8 +158,8 @@ impl Solid {
         Some(nodes)
     }
 
-    /// Computes the stiffness and consistent mass of the element with these nodes, in the units of coordinates and
-    /// material. The error reports the number `element`.
+    /// Computes the stiffness and the consistent mass of an element from the positions `nodes`, in the units of
+    /// coordinates and material. The error reports the number `element`.
     ///
     /// # Errors
     /// [`StructureError::InvertedElement`] if the Jacobian is not positive at an integration point.
@@ -302,7 +302,7 @@ impl Solid {
 }
 
 fn positive(determinant: f64, element: usize) -> Result<(), StructureError> {
-    // The test `determinant > 0.0` also rejects NaN, which the test `determinant <= 0.0` would accept.
+    // The test `determinant > 0.0` rejects NaN, which the test `determinant <= 0.0` would accept.
     match determinant > 0.0 {
         true => Ok(()),
         false => Err(StructureError::InvertedElement {
@@ -325,8 +325,8 @@ fn jacobian(nodes: &[[f64; 3]], derivatives: &[[f64; 3]]) -> (f64, [[f64; 3]; 3]
     invert(&jacobian)
 }
 
-/// Returns the barycentric coordinates of a point in the tetrahedron with the corners 0, x, y, z, and their
-/// derivatives.
+/// Returns the barycentric coordinates of a point, and the derivatives of the coordinates. The tetrahedron has the
+/// corners 0, x, y, z.
 fn barycentric([x, y, z]: [f64; 3]) -> ([f64; 4], [[f64; 3]; 4]) {
     (
         [1.0 - x - y - z, x, y, z],
@@ -368,8 +368,8 @@ fn serendipity(point: [f64; 3]) -> (Vec<f64>, Vec<[f64; 3]>) {
     corners.chain(middles).unzip()
 }
 
-/// Returns the shape functions and derivatives of the wedge over the triangle 0, x, y, from z = −1 to 1. If
-/// `is_quadratic`, it also has nodes at the midpoints of the edges.
+/// Returns the shape functions of the wedge and their derivatives. The base of the wedge is the triangle 0, x, y, and z
+/// is from −1 to 1. If `is_quadratic`, the wedge also has nodes at the midpoints of its edges.
 fn wedge([x, y, z]: [f64; 3], is_quadratic: bool) -> (Vec<f64>, Vec<[f64; 3]>) {
     let l = [1.0 - x - y, x, y];
     const SLOPES: [[f64; 2]; 3] = [[-1.0, -1.0], [1.0, 0.0], [0.0, 1.0]];
@@ -438,7 +438,8 @@ const GAUSS_4: [(f64, f64); 4] = [
     (0.861_136_311_594_052_6, 0.347_854_845_137_453_85),
 ];
 
-/// Integration points and weights on the triangle 0, x, y, exact for quadratic polynomials.
+/// Integration points and weights on the triangle with the corners 0, x, y. The integration is exact for quadratic
+/// polynomials.
 const TRIANGLE_3: [([f64; 2], f64); 3] = [
     ([1.0 / 6.0, 1.0 / 6.0], 1.0 / 6.0),
     ([2.0 / 3.0, 1.0 / 6.0], 1.0 / 6.0),

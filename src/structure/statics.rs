@@ -1,23 +1,25 @@
 //! Static response of a structure at its joint: the flexibility along the normal, and the free motions of its bodies.
 //!
-//! The flexibility of all ports is G = Σ φφᵀ/ω² + R₀ over the elastic modes φ: the displacement under unit forces
-//! without the rigid motions of free bodies. If a load can move bodies against each other, only the pressure p
-//! balances it: Φ_jᵀ f_p + Φ_lᵀ f = 0 for each rigid mode Φ, with the forces f_p of the pressure at the joint and f
-//! of the load.
+//! The flexibility of all ports is G = Σ φφᵀ/ω² + R₀, with the sum over the elastic modes φ. G is the displacement
+//! under unit forces without the rigid motions of free bodies. If a load can move two bodies rigidly against each
+//! other, only the pressure at the joint balances the load. The balance for each rigid mode Φ is Φ_jᵀ f_p + Φ_lᵀ f = 0.
+//! The pressure exerts the forces f_p at the joint, and the load exerts the forces f.
 //!
-//! Other supports of the bodies may be much softer than the contact, for example a beam in bending. G is therefore
-//! split: G = Q + V C Vᵀ. V are the motions of the faces as rigid planes that the structure supports softly, C = (Vᵀ
-//! G⁻¹ V)⁻¹, and Q is positive and not soft along V.
+//! Other supports of the bodies may be much softer than the contact, for example a beam in bending. To separate soft
+//! supports from the contact, the flexibility G is split: G = Q + V C Vᵀ. The columns of V are motions of the faces as
+//! rigid planes that the structure supports softly. The compliance of the motions V is C = (Vᵀ G⁻¹ V)⁻¹. The
+//! flexibility Q is positive and stiff along V.
 
 use super::StructureError;
 use super::reduction::ReducedStructure;
 use crate::linalg::Matrix;
 
-/// The faces of the joint move against each other in a rigid mode if they move by more than this share of a motion of
-/// unit mass. A load is unbalanced if more than this share of its work is in a motion that nothing resists.
+/// In a rigid mode, the faces of the joint move against each other if their relative displacement exceeds a limit. The
+/// limit is `MOTION_TOLERANCE` times a motion of unit mass. A load is unbalanced if a motion without resistance takes
+/// more than `MOTION_TOLERANCE` of the work of the load.
 const MOTION_TOLERANCE: f64 = 1e-6;
 
-/// A flexibility below this share of the largest flexibility of a contact element is rounding.
+/// A flexibility is a rounding error if it is below `ROUNDING` times the largest flexibility of a contact element.
 const ROUNDING: f64 = 1e-10;
 
 /// Force on a port \[N\], as the number of the port and the force.
@@ -29,15 +31,16 @@ pub struct Statics {
     /// Opening of each contact element under unit forces that push the faces apart: G \[m/N\], symmetric, element by
     /// element.
     pub flexibility: Matrix,
-    /// Free motions of the bodies, linearly independent: the approach δ \[m\] and the rotations θ_x, θ_y \[rad\]. The
-    /// faces approach by δ + θ_x y − θ_y x. If the load is a given pressure, its motion counts as free.
+    /// Linearly independent free motions of the bodies. A motion has the approach δ \[m\] and the rotations θ_x, θ_y
+    /// \[rad\]. The faces approach each other by δ + θ_x y − θ_y x. If the scene prescribes the pressure, the motion
+    /// along the pressure is free.
     pub free_motions: Vec<[f64; 3]>,
-    /// Motions that the structure supports softly. All three motions if no motion is free.
+    /// Motions that the structure supports softly. If no motion is free, the list has all three motions.
     pub supported_motions: Vec<[f64; 3]>,
-    /// Compliance C of the held motions, row by row: the opening under the resultants of the pressure along them
-    /// \[m/N\].
+    /// Compliance matrix C of the softly supported motions, row by row \[m/N\]. The opening along the motions is C
+    /// times the resultants of the pressure along the motions.
     pub supported_compliance: Vec<f64>,
-    /// Flexibility Q without the share of the held motions \[m/N\].
+    /// Flexibility Q without the share of the softly supported motions \[m/N\].
     pub remaining_flexibility: Matrix,
     /// Response to each load.
     pub loads: Vec<StaticLoad>,
@@ -48,9 +51,10 @@ pub struct Statics {
 pub struct StaticLoad {
     /// Opening of each contact element under the load without pressure \[m\].
     pub opening: Vec<f64>,
-    /// Resultant Σ p (δ + θ_x y − θ_y x) dA of the pressure that balances the load, for each free motion \[N m\].
+    /// Resultants Σ p (δ + θ_x y − θ_y x) dA of the pressure that balances the load \[N m\]. The list has one resultant
+    /// per free motion.
     pub resultants: Vec<f64>,
-    /// Work of this load in the displacement under each of the loads, without pressure \[N m\].
+    /// Work of the load in the displacements under each load of the response, without pressure \[N m\].
     pub work: Vec<f64>,
 }
 
@@ -63,13 +67,14 @@ impl ReducedStructure {
         elastic.sum::<f64>() + self.residual[(port, other)]
     }
 
-    /// Computes the static response to `loads` of contact elements with these `centres` \[m\].
+    /// Computes the static response of the contact elements at `centres` \[m\] to `loads`.
     ///
-    /// `of_pressure` is true if the preload is a given pressure, whatever supports the bodies. The bodies are then
-    /// free to approach, and only the loads on their faces count along this motion.
+    /// `of_pressure` is true if the scene defines the preload by a pressure, for any supports of the bodies. Under a
+    /// prescribed pressure, the bodies are free to approach each other. Along the approach, only the loads on the faces
+    /// of the bodies count.
     ///
     /// # Errors
-    /// [`StructureError::UnbalancedLoad`] for a load along a rigid motion that the pressure does not resist;
+    /// [`StructureError::UnbalancedLoad`] if a load acts along a rigid motion that the pressure does not resist.
     /// [`StructureError::NotTwoBodies`] if a face does not move as one rigid body.
     pub fn statics(
         &self,
@@ -137,7 +142,8 @@ impl ReducedStructure {
         let along = planes.free.iter().map(|free| {
             let square: f64 = free.parts.iter().map(|a| a * a).sum();
             if square == 0.0 {
-                // No rigid mode has this motion, so the load is the sum of the forces on the faces.
+                // No rigid mode moves the faces along the free motion. The load along the free motion is then the sum
+                // of the forces on the faces.
                 let on_faces = forces.iter().filter(|(port, _)| *port < 3 * centres.len());
                 let terms = on_faces.map(|(port, f)| -f * planes.along(free, centres[port / 3]));
                 return terms.sum();
@@ -244,8 +250,8 @@ fn clean(direction: [f64; 3]) -> [f64; 3] {
 struct PlaneMotion {
     /// Approach, and rotations times the lever. The directions of all motions are orthonormal.
     direction: [f64; 3],
-    /// Displacement along this motion in each rigid mode. The vectors of different motions are orthogonal. Empty or
-    /// zero if no rigid mode has the motion.
+    /// Displacement of the faces along the plane motion in each rigid mode. The vectors of different motions are
+    /// orthogonal. Empty or zero if no rigid mode has the motion.
     parts: Vec<f64>,
 }
 
@@ -322,8 +328,8 @@ impl PlaneMotions {
             .collect()
     }
 
-    /// Returns by how much held motion `k` closes the gap at a place. If all three motions are held, they are those
-    /// of [`PlaneMotions::motions`].
+    /// Returns by how much held motion `k` closes the gap at a place. If all three motions are held, the held motions
+    /// are the motions of [`PlaneMotions::motions`].
     fn along_held(&self, k: usize, at: [f64; 2]) -> f64 {
         match self.held.len() {
             3 => [1.0, at[1], -at[0]][k],

@@ -1,18 +1,18 @@
-//! Export of a reduced structure as a superelement: stiffness and mass between the displacements of its ports and the
-//! amplitudes of its modes.
+//! Export of a reduced structure as a superelement. The superelement has a stiffness matrix and a mass matrix. The
+//! degrees of freedom are the displacements of the ports and the amplitudes of the modes.
 //!
-//! The displacements of the ports are u = Φq + r, the modes and the residual r = R₀ f. In the coordinates u and q the
-//! energies are ½ qᵀΩ²q + ½ rᵀR₀⁻¹r and ½ q̇ᵀq̇ + ½ ṙᵀR₀⁻¹R₁R₀⁻¹ṙ (Rubin, AIAA J. 13, 1975). Elimination of the modes
-//! gives the receptance Φ(Ω² − ω²)⁻¹Φᵀ + R₀(R₀ − ω²R₁)⁻¹R₀.
+//! The displacements of the ports are u = Φq + r, the modes and the residual r = R₀ f. In the coordinates u and q, the
+//! potential energy is ½ qᵀΩ²q + ½ rᵀR₀⁻¹r. The kinetic energy is ½ q̇ᵀq̇ + ½ ṙᵀR₀⁻¹R₁R₀⁻¹ṙ (Rubin, AIAA J. 13, 1975).
+//! Elimination of the modes gives the receptance Φ(Ω² − ω²)⁻¹Φᵀ + R₀(R₀ − ω²R₁)⁻¹R₀.
 //!
-//! Combinations of ports that only modes move have a residual R₀ that is rounding. A spring as stiff as the least
-//! flexibility couples them to the modes, without mass.
+//! If only modes move a combination of ports, the residual R₀ of the combination is a rounding error. A massless spring
+//! then couples the combination to the modes. The flexibility of the spring is `LEAST` times the largest flexibility.
 
 use crate::linalg::{LinalgError, Matrix, RowMatrix};
 use crate::structure::reduction::ReducedStructure;
 
-/// A flexibility of a combination of ports below this share of the largest is rounding. Rigid modes have a relative
-/// flexibility of about 1e-6.
+/// A flexibility of a combination of ports is a rounding error if it is below `LEAST` times the largest flexibility.
+/// Rigid modes have a relative flexibility of about 1e-6.
 const LEAST: f64 = 1e-5;
 
 /// Matrices of a reduced structure. The rows of the matrices are the ports in order, then the modes, with the rigid
@@ -77,11 +77,12 @@ impl Superelement {
     }
 }
 
-/// Computes stiffness, mass and both damping matrices of a model between the displacements of its ports and q.
+/// Computes stiffness, mass and both damping matrices of a model. The degrees of freedom are the displacements of the
+/// ports and the coordinates q.
 ///
 /// The model is `M q̈ + C q̇ + K q = Bᵀf`, `u = B q + R f`. The ports are coupled to B q by R⁻¹, without mass or
-/// damping. Without R the ports are q in another order. The sign of every third of the first `contact` ports is
-/// reversed, so that it is positive where the joint opens.
+/// damping. Without R the ports are q in another order. Among the first `contact` ports, the sign of every third port
+/// is reversed. A port with a reversed sign has a positive displacement if the joint opens.
 ///
 /// # Errors
 /// [`LinalgError`] if the residual flexibility is not finite.

@@ -1,4 +1,4 @@
-//! The paper's study: its scenes, and the evaluation of its claims on runs.
+//! Study of the paper: the scenes of the study, and the evaluation of the paper's claims on runs.
 
 pub mod claims;
 
@@ -18,7 +18,7 @@ pub enum Law {
 }
 
 impl Law {
-    /// Returns the folder of the scenes, which also prefixes the names of the runs.
+    /// Returns the name of the folder of the scenes. The names of the runs begin with the name of the folder.
     pub fn word(self) -> &'static str {
         match self {
             Law::Paper => "paper",
@@ -35,7 +35,8 @@ impl Law {
     }
 }
 
-/// Scenes that are computed per law: roughness, plasticity, updates, the explicit algorithm, harmonics.
+/// Scenes that the study computes for each contact law. The scenes vary the roughness, the plasticity, the updates, the
+/// algorithm and the harmonics.
 pub const JOINT_SCENES: [ShippedScene; 11] = [
     ("rq05", include_str!("../../pipelines/study/rq05.toml")),
     ("rq1", include_str!("../../pipelines/study/rq1.toml")),

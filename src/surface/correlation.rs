@@ -14,7 +14,8 @@ pub struct Autocorrelation {
     ny: usize,
     dx: f64,
     dy: f64,
-    /// Values on the padded grid of (2 nx) x (2 ny) lags; NaN where no pair of kept cells has the lag.
+    /// Autocorrelation on the padded grid of (2 nx) x (2 ny) lags. The value is NaN if no pair of kept cells has the
+    /// lag.
     values: Vec<f64>,
 }
 
@@ -33,7 +34,7 @@ impl Autocorrelation {
     }
 
     /// Returns the lag along x and along y \[m\] at which the autocorrelation first falls to 1/e, by linear
-    /// interpolation. Returns `None` if it does not fall to 1/e within the patch.
+    /// interpolation. Returns `None` if the autocorrelation does not fall to 1/e within the patch.
     pub fn correlation_length(&self) -> [Option<f64>; 2] {
         let target = (-1.0f64).exp();
         let along = |cell: f64, lags: usize, at: &dyn Fn(isize) -> Option<f64>| {
@@ -55,9 +56,10 @@ impl Autocorrelation {
     }
 }
 
-/// Computes the autocorrelation of the heights about their mean from all pairs of kept cells, without
-/// assuming periodicity. The product at each lag is averaged over the existing pairs, so that holes and edges
-/// do not bias it. Large lags have few pairs and scatter.
+/// Computes the autocorrelation of the deviations of the heights from the mean height. The function uses all pairs of
+/// kept cells and does not assume a periodic surface. At each lag, the autocorrelation is the mean product over the
+/// existing pairs of cells. Holes and edges therefore do not bias the autocorrelation. Large lags have few pairs and
+/// scatter.
 ///
 /// # Errors
 /// Errors of [`roughness`], and [`SurfaceError::OutOfRange`] for a flat surface, which has no
@@ -117,10 +119,11 @@ pub struct SpectralRing {
     pub waves: usize,
 }
 
-/// Computes the power spectral density C(q), averaged over rings of wave vectors of similar length, starting
-/// with the longest wave of the joint. The density is normalised so that Σ C Δqx Δqy / (2π)² over all waves is Rq². The
-/// field is assumed periodic and is not windowed. This assumption suits generated surfaces. The edges of a measured
-/// surface add a background ∝ q⁻² to the spectrum. Cells outside the patch count as mean height.
+/// Computes the power spectral density C(q). The density is averaged over rings of wave vectors of similar length. The
+/// first ring has the longest wave of the joint. The density is normalised: the sum Σ C Δqx Δqy / (2π)² over all waves
+/// is Rq². The function assumes a periodic field and uses no window. The assumption of a periodic field suits generated
+/// surfaces. The edges of a measured surface add a background ∝ q⁻² to the spectrum. Cells outside the patch count as
+/// mean height.
 ///
 /// # Errors
 /// Errors of [`autocorrelation`].
@@ -169,7 +172,7 @@ struct Deviations {
     rq: f64,
 }
 
-/// Computes the heights about their mean, 0 outside the patch.
+/// Computes the heights minus the mean height of the patch. Cells outside the patch get 0.
 fn deviations(patch: &Patch, heights: &[f64]) -> Result<Deviations, SurfaceError> {
     check(patch, heights)?;
     let statistics = roughness(patch, heights)?;

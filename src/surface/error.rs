@@ -3,7 +3,7 @@
 /// A surface that cannot be generated or described.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum SurfaceError {
-    /// A number is out of its range.
+    /// A number of the scene is out of the valid range.
     #[error("{name} is {value:e}; it must be {expected}")]
     OutOfRange {
         /// Name of the number, as in the scene.
@@ -31,7 +31,7 @@ pub enum SurfaceError {
         /// Number of cells of the grid.
         expected: usize,
     },
-    /// Too few cells for a surface.
+    /// The joint has too few cells for a surface.
     #[error("{kept} cells belong to the joint; {purpose} needs at least {needed}")]
     TooFewCells {
         /// Cells kept.

@@ -1,15 +1,16 @@
 //! Generated surfaces.
 //!
-//! A random surface is a sum of plane waves that are periodic over the joint,
+//! A random surface is a sum of plane waves that are periodic over the joint:
 //!
-//! h(x, y) = Σ a_mn exp(2πi (m x / Lx + n y / Ly)),   a_mn ~ √(S_mn / 2) (g + i g'),   a_-m,-n = conj(a_mn),
+//! h(x, y) = Σ a_mn exp(2πi (m x / Lx + n y / Ly)),   a_mn ~ √(S_mn / 2) (g + i g'),   a_-m,-n = conj(a_mn).
 //!
-//! with x, y measured from the corner of the joint, S the power spectral density and g, g' standard normal
-//! numbers. The numbers of wave (m, n) depend only on the seed and on (m, n), so **the same seed gives the
-//! same surface on every grid**: a finer grid adds shorter waves and does not change the others. A grid of nx
-//! cells resolves |m| < nx / 2. The Nyquist wave of an even grid is omitted, because only one of its phases
-//! would be visible. The last step depends on the grid: a factor and a shift give the exact Rq and zero mean
-//! over the kept cells. The factor and the shift tend to limits as the grid is refined.
+//! The coordinates x and y are measured from the corner of the joint. S is the power spectral density, and g and g' are
+//! standard normal numbers. The random numbers of the wave (m, n) depend only on the seed, m and n. Therefore **the
+//! same seed gives the same surface on every grid**. A finer grid adds shorter waves and does not change the longer
+//! waves. A grid of nx cells resolves |m| < nx / 2. On a grid with an even number of cells, the generation omits the
+//! Nyquist wave. The grid would represent only one phase of the Nyquist wave. Only the last step of the generation
+//! depends on the grid. A factor and a shift of the heights give the exact Rq and a zero mean over the kept cells. The
+//! factor and the shift tend to limits as the grid is refined.
 //!
 //! ```
 //! use fretwear::grid::{Grid, Patch};
@@ -43,8 +44,8 @@ use crate::grid::{Grid, Patch};
 /// surface.
 const FEWEST_CELLS_PER_LENGTH: f64 = 2.0;
 
-/// Smallest number of correlation lengths along a side. With fewer, there are so few independent patches that
-/// Sk and Ku scatter widely, and the periodic surface correlates with its own image.
+/// Smallest number of correlation lengths along a side. A surface with fewer correlation lengths has few independent
+/// patches, so Sk and Ku scatter widely. The heights then also correlate with the periodic images of the surface.
 const FEWEST_LENGTHS_PER_SIDE: f64 = 5.0;
 
 /// Distribution of a random surface's heights over wavelengths.
@@ -84,10 +85,10 @@ pub struct RandomSurface {
     pub seed: u64,
 }
 
-/// Warning about a generated surface. `Display` writes it as a sentence.
+/// Warning about a generated surface. `Display` writes the warning as a sentence.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum Warning {
-    /// The grid is too coarse for the shortest requested feature.
+    /// The grid is too coarse for the shortest length of the requested surface.
     #[error(
         "{name} along {axis} is {length:.4e} m, {cells:.2} cells of {cell:.4e} m: the grid does not resolve it, use at least {FEWEST_CELLS_PER_LENGTH} cells"
     )]
@@ -103,7 +104,7 @@ pub enum Warning {
         /// Length in cells.
         cells: f64,
     },
-    /// The joint is too small for the longest requested feature.
+    /// The joint is too small for the longest length of the requested surface.
     #[error(
         "{name} along {axis} is {length:.4e} m, and the joint is {size:.4e} m long: a side needs at least {FEWEST_LENGTHS_PER_SIDE} of these lengths, or the statistics depend on the seed; use several seeds"
     )]
@@ -128,8 +129,8 @@ pub struct GeneratedSurface {
     pub warnings: Vec<Warning>,
 }
 
-/// Generates a random surface on the patch, periodic over the grid's sides, with zero mean and exact Rq over
-/// the kept cells.
+/// Generates a random surface on the patch. The surface is periodic over the sides of the grid. Over the kept cells,
+/// the mean height is zero and Rq is exact.
 ///
 /// # Errors
 /// [`SurfaceError::OutOfRange`] for invalid numbers, [`SurfaceError::TooFewCells`] for less than two kept
@@ -191,9 +192,9 @@ pub fn flat(patch: &Patch) -> Vec<f64> {
     vec![0.0; patch.grid.len()]
 }
 
-/// Returns the paraboloid h = -r² / (2 `radius`) \[m\] that represents a sphere in the Hertz theory, with r
-/// measured from the grid's centre. The apex of the paraboloid has height 0. On a grid with an even number of cells the
-/// apex lies between cells, so that the highest cell is a little below 0.
+/// Returns the heights h = -r² / (2 `radius`) of a paraboloid \[m\]. The paraboloid represents a sphere in the Hertz
+/// theory, and r is the distance from the centre of the grid. The apex of the paraboloid has height 0. If the number of
+/// cells is even, the apex lies between cells. The highest cell is then a little below 0.
 ///
 /// # Errors
 /// [`SurfaceError::OutOfRange`] if the radius is not a positive number.
@@ -221,14 +222,16 @@ fn amplitudes(grid: &Grid, spectrum: &Spectrum, seed: u64) -> Vec<Complex64> {
     for m in 0..=highest(grid.nx) {
         random.row(m);
         for position in 0..=2 * highest(grid.ny) {
-            // The order 0, 1, -1, 2, -2, … does not depend on the number of waves.
+            // The numbers n have the order 0, 1, -1, 2, -2, … The position of a number n does not depend on the number
+            // of waves.
             let n = if position % 2 == 1 {
                 (position + 1) / 2
             } else {
                 -position / 2
             };
             let [g, h] = random.next_pair();
-            // For m = 0 one half is the conjugate of the other, and (0, 0) would be the mean.
+            // For m = 0, the amplitude of the wave −n is the conjugate of the amplitude of the wave n. The wave (0, 0)
+            // would change the mean height.
             if m == 0 && n <= 0 {
                 continue;
             }
@@ -396,8 +399,8 @@ fn positive(name: &'static str, value: f64) -> Result<(), SurfaceError> {
     }
 }
 
-/// Normal random numbers addressed by the wave: the seed is the key, m the stream, and n gives the position
-/// in the stream.
+/// Generator of normal random numbers for the wave (m, n). The seed is the key of the generator, and m is the stream.
+/// The number n determines the position in the stream.
 struct ModeNumbers {
     generator: ChaCha12Rng,
 }

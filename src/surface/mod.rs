@@ -1,9 +1,9 @@
 //! Rough surfaces of the joint: generated or measured, resampled to its grid, and described by statistics.
 //!
-//! Heights are in metres and positive towards the other body. The surface is the composite of both bodies
-//! against a flat. A field of heights lies on a [`Patch`](crate::grid::Patch) (index `i * ny + j`, i along
-//! x). Cells outside the patch have no surface and contain 0. All functions here are pure except [`readers`],
-//! which alone read files.
+//! Surface heights are in metres, and positive heights of one body point towards the opposite body. The surface is the
+//! composite of both bodies against a flat. A field of heights lies on a [`Patch`](crate::grid::Patch) (index `i * ny +
+//! j`, i along x). Cells outside the patch have no surface and contain 0. All functions of the module `surface` are
+//! pure, except the functions of [`readers`], which read files.
 
 pub mod correlation;
 mod error;

@@ -12,16 +12,16 @@ pub struct Roughness {
     pub rq: f64,
     /// Skewness m₃ / m₂^(3/2) [A eq. 4.1]; 0 for a flat surface.
     pub sk: f64,
-    /// Kurtosis m₄ / m₂² [A eq. 4.2]: 3 for normally distributed heights. Always ≥ 1 + sk², except that it is
-    /// 0 for a flat surface, whose distribution has no shape.
+    /// Kurtosis m₄ / m₂² [A eq. 4.2]: 3 for normally distributed heights. For a rough surface, the kurtosis is at least
+    /// 1 + sk². For a flat surface, the kurtosis is set to 0.
     pub ku: f64,
 }
 
 /// Computes mean, Rq, Sk and Ku over the kept cells.
 ///
-/// The mean is computed in two passes, relative to the first height; the third and fourth moments are in
-/// units of Rq. With these references, nanometres on top of a metre of offset keep their digits, a constant surface has
-/// Rq = 0 exactly, and the moments do not underflow.
+/// `roughness` computes the mean in two passes, from the heights minus the first height. Subtracting the first height
+/// avoids rounding errors if the offset of the surface is much larger than the roughness. A constant surface has Rq = 0
+/// exactly. The third and fourth moments are in units of Rq, so that the moments do not underflow.
 ///
 /// # Errors
 /// [`SurfaceError::Length`], [`SurfaceError::NotFinite`] (a kept cell without a finite height), [`SurfaceError::TooFewCells`]
@@ -92,7 +92,8 @@ pub(super) fn moments(heights: impl Iterator<Item = f64> + Clone) -> Option<Roug
     let n = heights.clone().count() as f64;
     let shift = heights.clone().map(|h| h - origin).sum::<f64>() / n;
     let deviations = heights.map(|h| (h - origin) - shift);
-    // Rounding error of the mean. Without its subtraction, the rounding error would change the higher moments.
+    // Rounding error of the mean. If the program did not subtract the rounding error of the mean, the third and fourth
+    // moments would change.
     let rest = deviations.clone().sum::<f64>() / n;
     let deviations = deviations.map(|d| d - rest);
     let mean = origin + (shift + rest);

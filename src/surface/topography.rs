@@ -4,12 +4,12 @@ use super::statistics::{Roughness, moments};
 
 /// Heights of a measured surface on a regular grid of points.
 ///
-/// **Axes**, the same for every file format: the first index i runs along x, the second index j along y. The
-/// height of point (i, j) is at `i * ny + j`, as in the fields of a [`Grid`](crate::grid::Grid). Each point
-/// represents the `dx * dy` cell around it, so a map of nx points is nx·dx long. Some formats store lines of
-/// constant y with x running fastest: X3P, SUR, SDF, AL3D, and text below a header of Gwyddion or SPIP. The
-/// readers transpose these. The readers keep the axes of NPY and of other text matrices: axis 0, the lines,
-/// is x.
+/// **Axes**, the same for every file format: the first index i runs along x, the second index j along y. The height of
+/// point (i, j) is at `i * ny + j`, as in the fields of a [`Grid`](crate::grid::Grid). Each point represents a cell of
+/// the size `dx` by `dy` around the point. A map of nx points along x has the length nx·dx. X3P, SUR, SDF and AL3D
+/// files store lines of constant y with x running fastest. Text below a header of Gwyddion or SPIP has the same order.
+/// The readers transpose heights that are stored in lines of constant y. The readers do not transpose NPY arrays and
+/// other text matrices. Axis 0 of an NPY array is x, and each line of a text matrix has one x.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Topography {
     /// Points along x.
@@ -65,8 +65,8 @@ impl Topography {
             .map(|[dx, dy]| [self.nx as f64 * dx, self.ny as f64 * dy])
     }
 
-    /// Returns mean, Rq, Sk and Ku over the measured points, without levelling; `None` if nothing was
-    /// measured.
+    /// Returns mean, Rq, Sk and Ku of the heights at the measured points, without levelling. Returns `None` if the
+    /// topography has no measured point.
     pub fn roughness(&self) -> Option<Roughness> {
         moments(self.heights.iter().copied().filter(|h| !h.is_nan()))
     }

@@ -1,6 +1,6 @@
-//! Errors of a table or its file.
+//! Errors of a table and of the Parquet file of a table.
 
-/// Table that does not match its schema, or file that is not such a table.
+/// Error of a table that violates its schema, or of a file without the expected table.
 #[derive(Debug, thiserror::Error)]
 pub enum TableError {
     /// A schema text that cannot be parsed.
@@ -76,7 +76,7 @@ pub enum TableError {
         /// Number of rows in the schema.
         expected: usize,
     },
-    /// A file with too many rows.
+    /// A Parquet file with more rows than a table may have.
     #[error("the file of the table `{table}` has {found} rows; it may have at most {limit}")]
     TooManyRows {
         /// Name of the table.
@@ -112,7 +112,7 @@ pub enum TableError {
         /// The values that the schema allows.
         expected: &'static str,
     },
-    /// A column with null values, which no table of this program has.
+    /// A Parquet column with null values, although the schema of the column allows no null values.
     #[error(
         "the column `{column}` of the table `{table}` has {nulls} absent values; it may have none"
     )]
@@ -138,7 +138,7 @@ pub enum TableError {
         /// Unit of the schema.
         expected: String,
     },
-    /// A Parquet file that this program did not write.
+    /// A Parquet file that fretwear did not write: the file has no valid `fretwear` entry.
     #[error(
         "the file has no valid `fretwear` entry in its metadata ({reason}); it should hold the table `{expected}`"
     )]
@@ -156,7 +156,7 @@ pub enum TableError {
         /// Expected table.
         expected: String,
     },
-    /// Bytes that are not a readable Parquet file, or a table that Parquet cannot store.
+    /// Parquet cannot read the bytes of a file, or Parquet cannot store a table.
     #[error("the Parquet of the table `{table}` failed: {source}")]
     Parquet {
         /// Name of the table.

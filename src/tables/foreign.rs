@@ -1,4 +1,4 @@
-//! Untrusted Parquet files: their declared sizes are checked before anything is decompressed.
+//! Untrusted Parquet files. fretwear checks the sizes that a file declares before it decompresses any part of the file.
 
 use std::any::Any;
 use std::panic::{self, AssertUnwindSafe};
@@ -7,7 +7,7 @@ use parquet::basic::CompressionCodec;
 use parquet::errors::ParquetError;
 use parquet::file::metadata::ParquetMetaData;
 
-/// Supported compressions: the one of this program, and defaults of other programs.
+/// Supported compressions: Zstandard, which fretwear uses, and the default compressions of other programs.
 const CODECS: [CompressionCodec; 6] = [
     CompressionCodec::UNCOMPRESSED,
     CompressionCodec::SNAPPY,
@@ -42,7 +42,7 @@ pub fn declared_rows(metadata: &ParquetMetaData) -> i64 {
         .fold(0, i64::saturating_add)
 }
 
-/// Runs `decode` and turns its panics into errors. The Parquet library panics on some damaged bytes.
+/// Runs `decode` and converts a panic of `decode` into an error. The Parquet library panics on some damaged bytes.
 ///
 /// # Errors
 /// [`ParquetError::General`] with the text of the panic.

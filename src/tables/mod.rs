@@ -1,10 +1,10 @@
-//! The tables of a run: their schemas, their values in memory, and their Parquet files.
+//! Tables of a run: schemas of the tables, values in memory, and Parquet files.
 //!
-//! `schemas/*.toml` is the only source of column names, types, units and encodings. The types of [`typed`] are
-//! generated from it. A [`Table`] that violates its schema cannot be built. A file states the unit of each column
-//! twice: in the metadata of the column's field, and in a JSON text under [`METADATA_KEY`], because some readers hide
-//! field metadata. The meaning of the columns is stored once per run, in its `schemas.json`, and in each file that
-//! belongs to no run.
+//! `schemas/*.toml` is the only source of column names, types, units and encodings. The build generates the types of
+//! [`typed`] from the files `schemas/*.toml`. [`TableBuilder`] rejects columns that violate the schema of the table. A
+//! file states the unit of each column in the metadata of the column's field. Because some readers hide field metadata,
+//! a JSON text under [`METADATA_KEY`] states the units again. fretwear stores the meaning of the columns once per run,
+//! in the file `schemas.json`. A file outside of runs contains the meaning of its columns.
 //!
 //! Only the module `tables` uses Arrow and Parquet.
 
@@ -27,5 +27,5 @@ pub use schema::{ColumnSchema, ColumnType, Schema, TableLocation};
 pub use table::{Column, Table, TableBuilder};
 pub use typed::{TableName, TypedTable};
 
-/// Tables by name, such as the tables that a stage reads or writes.
+/// Map from the names of tables to the tables, such as all tables that a stage reads or writes.
 pub type Tables = std::collections::BTreeMap<TableName, Table>;

@@ -54,7 +54,8 @@ struct FileEntry {
     columns: BTreeMap<String, ColumnEntry>,
 }
 
-/// Description of a column in the file: its unit, and for tables outside of runs also its dimension and meaning.
+/// Description of a column in a Parquet file: the unit of the column. For a table outside a run, the description also
+/// has the dimension and the meaning of the column.
 #[derive(Debug, Serialize, Deserialize)]
 struct ColumnEntry {
     unit: String,
@@ -77,8 +78,8 @@ impl ColumnEntry {
 
 /// Encodes a table as a Parquet file. Equal tables with equal provenance give equal bytes.
 ///
-/// Encodings: BYTE_STREAM_SPLIT for dense floats, PLAIN for sparse floats, DELTA_BINARY_PACKED for integers, all
-/// compressed with zstd. Floats and integers have no dictionary.
+/// The encoding is BYTE_STREAM_SPLIT for dense floats, PLAIN for sparse floats and DELTA_BINARY_PACKED for integers.
+/// zstd compresses all columns. Columns of floats and integers have no dictionary.
 ///
 /// # Errors
 /// [`TableError::Arrow`] or [`TableError::Parquet`] if the format libraries reject the table.
@@ -255,8 +256,8 @@ fn parquet_error(table: &str, source: ParquetError) -> TableError {
 /// Decodes a table from the bytes of a Parquet file.
 ///
 /// # Errors
-/// A [`TableError`] for bytes that are not Parquet, a file of another program or table, and a table that does not match
-/// the schema.
+/// Returns a [`TableError`] if the bytes are not a Parquet file, or if another program wrote the file. Returns a
+/// [`TableError`] if the file contains another table, or if the table violates the schema `expected`.
 pub fn from_parquet(bytes: &[u8], expected: &'static Schema) -> Result<Table, TableError> {
     catching_panics(|| decode(bytes, expected)).map_err(|source| TableError::Parquet {
         table: expected.name.clone(),
@@ -419,7 +420,8 @@ fn properties(table: &Table, provenance: &Provenance) -> Result<WriterProperties
     Ok(properties.build())
 }
 
-/// Disables statistics and page offsets. For a few rows they need more space than the rows, and no reader uses them.
+/// Disables statistics and page offsets. In a file with a few rows, the statistics and offsets need more space than the
+/// rows. No reader uses the statistics and offsets.
 fn without_index(properties: WriterPropertiesBuilder) -> WriterPropertiesBuilder {
     properties
         .set_statistics_enabled(EnabledStatistics::None)

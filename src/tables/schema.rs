@@ -104,7 +104,7 @@ pub struct Schema {
     pub place: TableLocation,
     /// When the table is written, and when it is absent.
     pub written: String,
-    /// Number of rows, if it is always the same.
+    /// Number of rows of the table; `None` if the number of rows is not fixed.
     pub rows: Option<usize>,
     /// False if equal runs write different values. The hash chain of the commits then excludes the table.
     #[serde(default = "yes")]
@@ -139,12 +139,12 @@ impl Schema {
         Ok(schema)
     }
 
-    /// Finds a column by its name.
+    /// Returns the schema of the column `name`, or `None` if the table has no such column.
     pub fn column(&self, name: &str) -> Option<&ColumnSchema> {
         self.columns.iter().find(|column| column.name == name)
     }
 
-    /// Finds a column by its name. The error lists the existing columns.
+    /// Returns the schema of the column `name`. The error for an unknown column lists the columns of the table.
     pub(super) fn require(&self, name: &str) -> Result<&ColumnSchema, TableError> {
         self.column(name).ok_or_else(|| TableError::UnknownColumn {
             table: self.name.clone(),
@@ -173,12 +173,12 @@ impl TableName {
         &SCHEMAS[self as usize]
     }
 
-    /// The name of the table, which is also the stem of its file.
+    /// Returns the name of the table, which is also the stem of the name of the table's file.
     pub fn as_str(self) -> &'static str {
         &self.schema().name
     }
 
-    /// Finds a table by its name.
+    /// Returns the table with the name `name`. Returns `None` if no table has the name `name`.
     pub fn from_name(name: &str) -> Option<TableName> {
         TableName::ALL
             .into_iter()

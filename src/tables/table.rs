@@ -61,8 +61,8 @@ macro_rules! conversions {
 }
 conversions!(F64 f64, MaybeF64 Option<f64>, I32 i32, I64 i64, Bool bool, Text String);
 
-/// Table that matches its schema: names, types and lengths are right, required columns exist, and every float is a
-/// number.
+/// Table that matches a schema. The columns have the names, types and lengths that the schema requires. All required
+/// columns exist, and no float is NaN.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Table {
     schema: &'static Schema,
@@ -72,7 +72,7 @@ pub struct Table {
 }
 
 impl Table {
-    /// Begins a table of this version of the program.
+    /// Returns a builder for the table `table`, with the schema in the running version of fretwear.
     pub fn builder(table: TableName) -> TableBuilder {
         TableBuilder::of(table.schema())
     }
@@ -98,7 +98,7 @@ impl Table {
         self.rows
     }
 
-    /// The existing columns with their schemas, in the order of the file.
+    /// Returns each existing column with the schema of the column, in the order of the Parquet file.
     pub fn columns(&self) -> impl Iterator<Item = (&'static ColumnSchema, &Column)> {
         self.schema
             .columns
@@ -112,7 +112,7 @@ impl Table {
         self.columns().any(|(schema, _)| schema.name == name)
     }
 
-    /// Returns a column by its name.
+    /// Returns the column `name` of the table.
     ///
     /// # Errors
     /// [`TableError::UnknownColumn`] for a name that the schema lacks, [`TableError::MissingColumn`] for an omitted
@@ -189,7 +189,7 @@ impl Table {
     }
 }
 
-/// Collects the columns of a [`Table`]. [`TableBuilder::build`] checks them against the schema.
+/// Collects the columns of a [`Table`]. [`TableBuilder::build`] checks the columns against the schema of the table.
 #[derive(Debug)]
 pub struct TableBuilder {
     schema: &'static Schema,
@@ -211,7 +211,7 @@ impl TableBuilder {
         self
     }
 
-    /// Adds an optional column, if it is given.
+    /// Adds an optional column if `values` is given.
     pub fn optional_column(self, name: &str, values: Option<impl Into<Column>>) -> Self {
         match values {
             Some(values) => self.column(name, values),
@@ -222,8 +222,9 @@ impl TableBuilder {
     /// Checks the columns and builds the table.
     ///
     /// # Errors
-    /// A [`TableError`] with table, column, row and value for a column that is unknown, given twice, missing, or has a
-    /// wrong type or length, and for a float that is NaN or, unless the schema allows it, infinite.
+    /// Returns a [`TableError`] for a column that is unknown, duplicate or missing, or that has a wrong type or length.
+    /// Returns a [`TableError`] for NaN, and for an infinite float unless the schema allows infinite floats. A
+    /// [`TableError`] names the table, the column, the row and the value.
     pub fn build(self) -> Result<Table, TableError> {
         let TableBuilder { schema, given } = self;
         let table = || schema.name.clone();

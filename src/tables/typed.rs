@@ -11,13 +11,13 @@ pub trait TypedTable: Sized {
     /// The name of the table.
     const TABLE: TableName;
 
-    /// Converts the columns to a table.
+    /// Converts the fields of the type to the columns of a table.
     ///
     /// # Errors
     /// A [`TableError`] for columns of different lengths and for a float that is not a number.
     fn to_table(&self) -> Result<Table, TableError>;
 
-    /// Converts a table to its columns.
+    /// Converts a table to a value of the type, whose fields are the columns of the table.
     ///
     /// # Errors
     /// [`TableError::OtherTable`] for another table.

@@ -58,7 +58,8 @@ const PLAIN: [(&str, Dimension, i32, f64); 9] = [
     ("d", Dimension::of(0, 0, 1), 0, 86400.0),
 ];
 
-/// Customary units, which the parser rejects, with the SI value that the error message suggests.
+/// Customary units that the parser rejects, each with a value in SI units. The error message suggests the value in SI
+/// units.
 const CUSTOMARY: [(&str, &str); 17] = [
     ("in", "25.4 mm"),
     ("inch", "25.4 mm"),
@@ -196,7 +197,8 @@ impl UnitReader<'_> {
         }
     }
 
-    /// Parses factors joined by `*`, `·`, a blank or `/`, up to the end of the text or of the parentheses.
+    /// Parses units that `*`, `·`, a blank or `/` joins. The product ends at the end of the text or at the closing
+    /// parenthesis.
     fn product(&mut self, inside: bool) -> Result<Scale, UnitProblem> {
         let mut total = Scale::ONE;
         let mut divided = false;
@@ -247,8 +249,8 @@ impl UnitReader<'_> {
         Ok(Scale::ONE.times(unit, exponent))
     }
 
-    /// Parses an exponent: `^3`, `^-2`, `**3`, `³`, `⁻²`, or a digit right after the unit as in `kg/m3`. Without one it
-    /// is 1.
+    /// Parses an exponent such as `^3`, `^-2`, `**3`, `³` or `⁻²`. A digit directly after the unit is also an exponent,
+    /// as in `kg/m3`. A unit without an exponent in the text has the exponent 1.
     fn exponent(&mut self) -> Result<i32, UnitProblem> {
         let start = self
             .rest

@@ -1,21 +1,26 @@
-//! Coarse trajectory: a second computation of the wear, with steps twice as long, stepped cycles of half as
-//! many samples, and errors of the opposite sign.
+//! Coarse trajectory: a second computation of the wear beside the run. Steps of the coarse trajectory are twice as long
+//! as steps of the run, and stepped cycles have half as many samples. The errors of the coarse trajectory and the
+//! errors of the run have opposite signs.
 //!
-//! The error of a step propagates: where a single cell decides between sticking and wearing, the error grows.
-//! A sum of the errors of single steps misses this growth. The coarse trajectory makes larger errors and propagates
-//! them by the same wear. The difference between the coarse trajectory and the run, in any figure, shows the effect of
-//! the errors on that figure.
+//! The error of a step propagates: where a single cell decides between sticking and wearing, the error grows. The sum
+//! of the errors of single steps does not include the growth of the errors. The coarse trajectory makes larger errors
+//! than the run, and the same wear propagates the errors of both. The difference between the coarse trajectory and the
+//! run, in any figure, shows the effect of the errors on that figure.
 //!
-//! The run and the coarse trajectory are both of second order, so that a plain coarse step would err to the same side
-//! as the run. A critical cell would go the same way in both trajectories, and both would be wrong alike. Therefore
-//! each coarse step is also computed from the run's own state. The difference between this coarse step and the run's
-//! own wear is the error of the coarse step, and 2½ times this error is subtracted. If steps are short, the exact
-//! solution lies between the run and the coarse trajectory.
+//! Because coarse steps and steps of the run are both of second order, the error of a plain coarse step has the same
+//! sign as the error of the run. With plain coarse steps, a critical cell sticks in both trajectories or wears in both
+//! trajectories. The difference between the trajectories would not show an error of the run in the critical cell. To
+//! reverse the sign of the error of a coarse step, the program computes each coarse step twice. One coarse step starts
+//! from the state of the coarse trajectory, and the other coarse step starts from the state of the run. The wear of the
+//! coarse step from the run's state minus the wear of the run is the error of the coarse step. The program subtracts 2½
+//! times the error of the coarse step from the coarse step. If steps are short, the exact solution lies between the run
+//! and the coarse trajectory.
 //!
-//! The solves of the coarse trajectory are less exact than the run's. Longer coarse steps would cost less but
-//! give no error bar. Over three or four steps of the run, with the error subtracted 1½ or 1⅓ times for an
-//! equally small difference, a line contact with a critical cell had a bar of 5 % where it was 20 % off.
-//! Twice the subtraction would make the differences of other joints two and a half times as large.
+//! The solves of the coarse trajectory are less exact than the solves of the run. Coarse steps that are longer than two
+//! steps of the run would cost less but give no error bar. In a test, coarse steps had the length of three or four
+//! steps of the run. The test subtracted 1½ or 1⅓ times the error of the coarse step. A line contact with a critical
+//! cell in this test had an error of 20 %, but an error bar of only 5 %. Subtracting twice as much would increase the
+//! differences of other joints by a factor of two and a half.
 
 use super::WearLaw;
 use super::cycle::FEWEST_SAMPLES;
@@ -24,14 +29,14 @@ use super::implicit;
 use super::joint::{FrettingJoint, WearError, WornState};
 use crate::grid::Patch;
 
-/// Factor on the error that is subtracted from a coarse step. The coarse step then errs half as far again as
-/// the plain one, to the other side of the run. With 2, a line contact in partial slip followed the run,
-/// which was 22 % off.
+/// Factor on the error that is subtracted from a coarse step. If a plain coarse step has the error e, the factor 2.5
+/// gives a coarse step with the error −1.5 e. A test used the factor 2 for a line contact in partial slip. In that
+/// test, the coarse trajectory agreed with the run, although the run had an error of 22 %.
 const ERROR_REFLECTION: f64 = 2.5;
 
-/// Factor on the tolerance of a tangential solve for the coarse trajectory. The trajectory serves for
-/// differences of a hundredth of the run. With 10 they changed by up to a sixth of themselves, with 3 by up
-/// to a sixteenth.
+/// Factor on the tolerance of a tangential solve for the coarse trajectory. The coarse trajectory shows differences of
+/// a hundredth of the run's values. A factor of 10 on the tolerance changed the differences by up to a sixth. A factor
+/// of 3 on the tolerance changed the differences by up to a sixteenth.
 const LOOSER_TANGENTIAL: f64 = 3.0;
 
 /// Run's trajectory over a coarse step.
@@ -115,8 +120,8 @@ pub struct TrajectoryDifference {
     pub volume: f64,
     /// Sum of the differences of the cells' worn volumes: the L1 norm \[m³\].
     pub field: f64,
-    /// Number of cells that may lie on either side of the pressure threshold, over the number of the run's
-    /// cells above it.
+    /// Number of uncertain cells, divided by the number of cells above the pressure threshold in the run. The pressure
+    /// of an uncertain cell differs from the threshold by no more than the error of the pressure.
     pub loaded_area: f64,
     /// Difference of the largest pressure, relative to the run.
     pub max_pressure: f64,
@@ -126,19 +131,19 @@ pub struct TrajectoryDifference {
     pub depth_99: f64,
     /// Difference of the energy per cycle, relative to the run.
     pub dissipation: f64,
-    /// Number of cells that wear less than half as deep on one trajectory as on the other, by more than the
-    /// mean depth.
+    /// Number of undecided cells. The run and the coarse trajectory give two wear depths of a cell. In an undecided
+    /// cell, the two depths differ by more than a factor of two and by more than the mean depth.
     pub undecided: usize,
 }
 
-/// Factor on the difference of the trajectories that bounds the error of a figure. With short steps the
-/// difference is four and a half times the run's error. With long steps, or if a cell takes another course on
-/// one trajectory, it is about as large as the error.
+/// Factor on the difference of the trajectories that bounds the error of a figure. With short steps the difference is
+/// four and a half times the run's error. With long steps, the difference is about as large as the run's error. If a
+/// cell sticks in only one of the trajectories, the difference is also about as large as the run's error.
 pub const ERROR_PER_DIFFERENCE: f64 = 1.5;
 
 impl TrajectoryDifference {
-    /// Compares the run's state `own` with the `coarse` state. A cell is loaded if its pressure exceeds
-    /// `threshold` times the largest pressure.
+    /// Compares the run's state `own` with the `coarse` state. A cell counts as loaded if the pressure on the cell
+    /// exceeds `threshold` times the largest pressure of the joint.
     pub fn between(
         own: &WornState,
         coarse: &WornState,
@@ -185,8 +190,8 @@ impl TrajectoryDifference {
     }
 }
 
-/// Returns the depth that this share of the cells does not exceed \[m\]: the largest depth for 1. Returns 0
-/// without cells.
+/// Returns the depth that the fraction `share` of the cells does not exceed \[m\]. A `share` of 1 gives the largest
+/// depth. Without cells, `depth_quantile` returns 0.
 pub fn depth_quantile(mut depths: Vec<f64>, share: f64) -> f64 {
     let Some(last) = depths.len().checked_sub(1) else {
         return 0.0;

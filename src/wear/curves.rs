@@ -15,8 +15,8 @@ const ABOVE: f64 = 1.25;
 /// Points of a branch of the hysteresis loop.
 const BRANCH: usize = 8;
 
-/// Relative duality gap of the points between the ends of a loop. The error of their force is some
-/// thousandths of the largest force. The ends are as exact as the cycle.
+/// Relative duality gap of the points between the ends of a loop. The force at a point between the ends has an error of
+/// some thousandths of the largest force. The ends of the loop are as exact as the cycle.
 const INNER: f64 = 1e-2;
 
 /// Curve of load against displacement.
@@ -36,9 +36,9 @@ impl Curve {
     }
 }
 
-/// Computes the normal load over the approach about the static contact under `load`, in ascending order of
-/// the load. Skips loads that exceed the pressure cap's capacity, and loads that are too small to balance the
-/// moments on the joint.
+/// Computes the curve of normal load against approach near the static contact under `load`. The points of the curve are
+/// in ascending order of the load. `indentation` skips loads above the capacity of the pressure cap. `indentation` also
+/// skips loads that are too small to balance the moments on the joint.
 ///
 /// # Errors
 /// [`WearError::Contact`].

@@ -1,10 +1,12 @@
 //! Steady fretting cycle: shear, slip and dissipated energy under a closed motion.
 //!
-//! Slip is the kinematic δ − u on all cells, also on cells just outside the contact. Due to this slip, cells that wear
-//! brings into contact begin to slip like their neighbours. On stick cells the slip is zero. The energy of a step is
-//! q·s with the shear at its end. The wear depth per cycle is α times the sum of these energies over the cycle [A eq.
-//! 2.6]. If the load varies, the energy of a step is |s| times the mean of the friction limits at both ends of the
-//! step. This rule also applies to cells that come into contact or leave the contact.
+//! The slip of a cell is δ − u. The displacement of the bodies is δ, and the elastic displacement of the cell is u.
+//! Cells just outside the contact also have a slip, so that a cell that comes into contact has the slip of its
+//! neighbours. The slip of stick cells is zero. The energy per area of a step is q·s, where s is the slip in the step
+//! and q is the shear at the end of the step. The wear depth per cycle is α times the energy per area of the cycle [A
+//! eq. 2.6]. If the load varies, the energy per area of a step is |s| times a mean friction limit. The mean is over the
+//! friction limits at both ends of the step. The mean friction limit also gives the energy of cells that come into
+//! contact or leave the contact.
 
 use super::fields::{InstantFields, InstantShear};
 use super::joint::{FrettingJoint, WearError};
@@ -27,14 +29,14 @@ pub enum March {
     Reversal,
     /// One exact solve at every sample of the motion.
     Stepped,
-    /// Like `Reversal`, but with the shear of Ciavarella and Jäger in place of the exact shear: a fast
-    /// approximation (Ciavarella 1998; Jäger 1998). [`CycleSolution::error`] reports its accuracy.
+    /// Fast approximation of `Reversal`. The approximate shear of Ciavarella and Jäger replaces the exact shear
+    /// (Ciavarella 1998; Jäger 1998). [`CycleSolution::error`] reports the error of the approximate shear.
     Superposition,
 }
 
-/// Error of the energy after `CycleAccumulator::scale`, as a fraction of the correction by the total work. In
-/// lap joints of bars, compared with stepped cycles, the error was mostly smaller than this; it was larger
-/// where corners open.
+/// Error of the energy after `CycleAccumulator::scale`, as a fraction of the correction by the total work. The energies
+/// of lap joints of bars were compared with stepped cycles. The error was mostly below 0.4 of the correction, but the
+/// error was larger in joints whose corners open.
 const REDISTRIBUTION_ERROR: f64 = 0.4;
 
 /// One instant of the cycle.
@@ -42,8 +44,8 @@ const REDISTRIBUTION_ERROR: f64 = 0.4;
 pub struct Instant {
     /// Time as a fraction of the period.
     pub time: f64,
-    /// Relative displacement \[m\]. Under a prescribed force it is known up to a constant, which puts the
-    /// middle of its range at zero.
+    /// Relative displacement \[m\]. Under a prescribed force, the displacement is known up to a constant. The program
+    /// chooses the constant that puts the middle of the displacement's range at zero.
     pub displacement: ByAxis<f64>,
     /// Normal load \[N\].
     pub normal_load: f64,
@@ -51,7 +53,7 @@ pub struct Instant {
     pub force: ByAxis<f64>,
     /// Force along the motion, [`Motion::force_along`](super::Motion::force_along) \[N\].
     pub force_along: f64,
-    /// Rotation about z \[rad\] and its moment \[N m\]; `None` if the motion has no rotation.
+    /// Rotation about z \[rad\] and moment about z \[N m\]; `None` if the motion has no rotation.
     pub torsion: Option<[f64; 2]>,
 }
 
@@ -80,9 +82,9 @@ impl Instant {
 /// Steady cycle of a joint.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CycleSolution {
-    /// Shear at t = 0 \[Pa\]. A later cycle starts from it.
+    /// Shear at t = 0 \[Pa\], from which a later cycle starts.
     pub shear: ByAxis<Vec<f64>>,
-    /// Slip path over a cycle, ∮|dv|; 0 on cells that stick throughout \[m\].
+    /// Slip path of each cell over a cycle, ∮|dv| \[m\]. The slip path is 0 on cells that stick throughout the cycle.
     pub slip_path: Vec<f64>,
     /// Dissipated energy per area and cycle, ∮|q||dv|; 0 on cells that never slip in contact \[J/m²\].
     pub energy: Vec<f64>,
@@ -95,8 +97,8 @@ pub struct CycleSolution {
     /// Largest relative duality gap of all tangential solves.
     pub error: f64,
     /// Estimated error of `dissipation` \[J\]. The estimate sums the duality gaps of the solves and the remaining
-    /// closure error of a stepped cycle. If half of the samples were computed too, the estimate includes the sampling
-    /// error.
+    /// closure error of a stepped cycle. If the cycle was also computed over every other sample, the estimate of the
+    /// error includes the sampling error.
     pub dissipation_error: f64,
 }
 
@@ -154,9 +156,10 @@ impl CycleAccumulator {
         self.count(step);
     }
 
-    /// Adds a step in which the cells moved by `moved` \[m\], with the friction limits at both ends \[Pa\]
-    /// and the fraction of the step in which each cell is in contact. Stick cells do not slip: their `moved`
-    /// is an artefact of the second-order step after a slip that has just ended.
+    /// Adds a step in which the cells moved by `moved` \[m\]. The arguments include the friction limits at both ends of
+    /// the step \[Pa\]. For each cell, the arguments also include the fraction of the step in which the cell is in
+    /// contact. A stick cell does not slip. The `moved` of a stick cell is an artefact of the second-order step after a
+    /// slip that has just ended.
     pub(super) fn add_displaced_step(
         &mut self,
         step: &TangentialSolution,
@@ -201,10 +204,11 @@ impl CycleAccumulator {
         self.error = self.error.max(step.error);
     }
 
-    /// Multiplies slip path and energy of each cell by its entry of `parts`, and all cells by one common
-    /// factor. The total energy becomes `of_all` times the energy before. The entries for single cells were computed
-    /// for places that may slip differently here; only the total is reliable. Therefore `scale` counts a fraction of
-    /// the correction as an error. If no slipping cell has a positive entry, all cells are multiplied by `of_all`.
+    /// Multiplies slip path and energy of each cell by the cell's entry of `parts`, and all cells by one common factor.
+    /// The total energy becomes `total_part` times the energy before. The entries of `parts` come from the nodal
+    /// motion, in which a single cell may slip differently than in the cycle. Only `total_part` is reliable, so that
+    /// `scale` adds a fraction of the correction to the error of the energy. If no slipping cell has a positive entry,
+    /// all cells are multiplied by `total_part`.
     fn scale(&mut self, parts: &[f64], total_part: f64, cell_area: f64) {
         let before = self.energy.iter().sum::<f64>();
         let energies = self.energy.iter().zip(parts);
@@ -249,10 +253,10 @@ impl CycleAccumulator {
 }
 
 impl FrettingJoint {
-    /// Computes the steady cycle on a surface worn by `wear`, with its static contact at the mean load.
+    /// Computes the steady cycle on a surface worn by `wear`, whose static contact at the mean load is `contact`.
     ///
-    /// `start` is the shear at t = 0 of an earlier cycle. With [`March::Stepped`] it is the initial state of
-    /// the joint, cut back to the new friction limits. With [`March::Reversal`] it only saves time.
+    /// `start` is the shear at t = 0 of an earlier cycle. With [`March::Stepped`], `start` is the initial shear of the
+    /// joint, reduced to the new friction limits. With [`March::Reversal`], `start` only saves computing time.
     pub fn cycle(
         &mut self,
         wear: &[f64],
@@ -513,9 +517,10 @@ fn twice(
 
 // Steady cycle of any motion, sample by sample.
 //
-// The cycle is computed twice: over every other sample until it closes, and from there over all samples
-// (`sequence`). The steps are of second order. Therefore a third of the change between the two results extrapolates the
-// slip path and the energy of each cell to steps of zero length. The change also gives an error estimate.
+// The program computes the cycle over every other sample until the cycle closes (`sequence`). The program then computes
+// the cycle again over all samples. Because the steps are of second order, a third of the change between the two
+// results is the remaining error. Adding a third of the change to the slip path and the energy of each cell
+// extrapolates both to steps of zero length. The change between the two results also gives an error estimate.
 
 /// Error of the energy after extrapolation, as a fraction of the change due to halving the steps, summed over
 /// all cells. Measured on 70 random rough joints, the fraction is mostly 0.1. The fraction reaches 0.8 where the motion
@@ -526,17 +531,18 @@ const EXTRAPOLATION_ERROR: f64 = 0.8;
 /// of a history make the steps of first order. The measured fraction is at most 1.33.
 const EXTRAPOLATION_ERROR_OF_HISTORY: f64 = 1.6;
 
-/// Smallest change that the error estimate assumes per cell, as a fraction of the cell's energy, times the
-/// square of the number of samples. On a single cell, halving the steps may change nothing by chance.
+/// Factor in the smallest change of energy that the error estimate assumes for a cell. The smallest change is the
+/// energy of the cell times `LEAST_CHANGE`, divided by the square of the number of samples. Without a smallest change,
+/// a cell whose energy happens not to change when the steps are halved would have no error.
 const LEAST_CHANGE: f64 = 16.0;
 
 /// Smallest number of samples that can be halved.
 pub(super) const FEWEST_SAMPLES: usize = 8;
 
 impl FrettingJoint {
-    /// Computes the cycle sample by sample until it closes. The cycle is computed once, without
-    /// extrapolation, if the number of samples is odd or below 8, or without
-    /// [`FrettingOptions::extrapolate`](super::joint::FrettingOptions::extrapolate).
+    /// Computes the cycle sample by sample until it closes. If the number of samples is odd or below 8, the program
+    /// computes the cycle once and does not extrapolate. The program also does not extrapolate if
+    /// [`FrettingOptions::extrapolate`](super::joint::FrettingOptions::extrapolate) is false.
     ///
     /// The fields come from the cycle over all samples: only slip path and energy are extrapolated.
     pub(super) fn cycle_from_samples(
@@ -598,7 +604,8 @@ impl FrettingJoint {
         Ok((solution, fields))
     }
 
-    /// Shifts displacements that are known up to a constant, so that the middle of their range is zero.
+    /// Shifts the displacements along axes with a prescribed force, which are known except for a constant. The middle
+    /// of the range of the shifted displacements is zero.
     fn about_their_middle(&self, instants: &mut [Instant]) {
         let shift = |instants: &mut [Instant], value: fn(&mut Instant, usize) -> &mut f64, k| {
             let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
@@ -660,16 +667,19 @@ fn extrapolate(
 
 // Shear of Ciavarella and Jäger: the superposition of two pressures replaces a tangential solve.
 //
-// Under constant load and a motion along a line d from rest, q = µ (p − p*) d. The reduced pressure p* belongs to the
-// same surfaces at a reduced load, N* = N − T/µ, or a reduced approach, δ* = δ − u/(µκ). The ratio of the tangential to
-// the normal compliance is κ (Ciavarella 1998; Jäger 1998). Cells with p* > 0 stick. Between half spaces of one
-// material this superposition is exact if shear displaces the surface like pressure does, κ times as far and only along
-// itself: for ν = 0. In all other cases the superposition is an approximation: the stick cells slip a little, and the
-// displacement differs from the prescribed displacement. [`TangentialSolution::error`] includes both errors, because it
-// is the relative duality gap of this shear for the true kernels.
+// Under constant load and a motion along a line d from rest, q = µ (p − p*) d. The reduced pressure p* is the pressure
+// between the same surfaces under the reduced load N* = N − T/µ. If the motion is prescribed, p* is the pressure at the
+// reduced approach δ* = δ − u/(µκ). The ratio of the tangential to the normal compliance is κ (Ciavarella 1998; Jäger
+// 1998). Cells with p* > 0 stick. Between half spaces of one material with ν = 0, the superposition of the two
+// pressures is exact. For ν = 0, a shear displaces the surface only along the shear. The displacement by the shear is κ
+// times the displacement by an equal pressure. For ν > 0 or two different materials, the superposition is an
+// approximation. In the approximation, the stick cells slip a little, and the displacement differs from the prescribed
+// displacement. [`TangentialSolution::error`] is the relative duality gap of the superposed shear for the true kernels.
+// The duality gap includes the error of the slip and the error of the displacement.
 //
-// On the cells in contact, p* is the pressure of heights K p against a flat. Therefore the superposition needs no
-// special treatment of capped cells and rotated bodies.
+// On the cells in contact, p* is the pressure of heights K p against a flat. The superposition uses only the pressure
+// p, which already includes the effects of the pressure cap and of rotations. Capped cells and rotated bodies need no
+// special treatment in the superposition.
 
 /// Tolerance of the reduced pressure. The resulting error is far below the error of the superposition itself.
 const SUPERPOSITION_TOLERANCE: f64 = 1e-3;
@@ -799,12 +809,13 @@ impl FrettingJoint {
     }
 }
 
-// Cycles in which each place of a joint has its own load: its nodes are closer together at one end of the
-// motion than at the other, although the total load hardly varies.
+// Cycles in which the load of each node of a joint varies, although the total load hardly varies. The nodes of both
+// bodies are closer together at one end of the motion than at the opposite end.
 //
-// The static contact under the total load uses the half spaces alone. From there on the structure prescribes
-// the nodal displacements. The cells between the nodes then respond with the half spaces less the compliance
-// that the mesh represents ([`crate::contact::nodes`]), as they do in the plane.
+// The static contact under the total load uses the half spaces alone. During the cycle, the structure prescribes the
+// nodal displacements. The compliance of the cells between the nodes is the compliance of the half spaces minus the
+// compliance of the mesh ([`crate::contact::nodes`]). Displacements in the contact plane use the same difference of
+// compliances.
 
 impl FrettingJoint {
     /// Computes the contacts at all samples in order, and passes each to `each`. Returns false, without any
@@ -849,7 +860,8 @@ impl FrettingJoint {
         options: NormalOptions,
         on_contact: &mut impl FnMut(&Self, &NormalSolution),
     ) -> Result<(), WearError> {
-        // Heights for which the static contact also solves the contact with the nodal kernel.
+        // Heights `rest`, for which the pressure of the static contact also solves the contact problem with the nodal
+        // kernel.
         let mut rest = vec![0.0; self.patch.grid.len()];
         self.half_space.normal(&contact.pressure, &mut rest);
         rest.iter_mut().zip(&contact.gap).for_each(|(u, g)| *u -= g);
@@ -874,14 +886,15 @@ impl FrettingJoint {
 
 // First loading of a joint along its motion, from rest to an end of the motion and beyond.
 
-/// Relative duality gap of a point of the loading. The error of its force is some thousandths of the largest
-/// force. Half the loop of a straight motion is twice this loading (Masing), so its points need no higher
-/// accuracy than the loop.
+/// Relative duality gap of a point of the first loading. The force at a point of the first loading has an error of some
+/// thousandths of the largest force. The first loading needs no higher accuracy than the loop, because each half of the
+/// loop is the first loading times two (Masing).
 const TOLERANCE: f64 = 1e-5;
 
 impl FrettingJoint {
-    /// Computes the shear at `parts` of the way from the middle of a straight motion to its end, in ascending
-    /// order \[Pa\]. 1 is the end.
+    /// Computes the shear at points of the first loading of a straight motion \[Pa\]. Each value of `parts` is a
+    /// fraction of the way from the middle of the motion to the end of the motion. The values of `parts` ascend, and 1
+    /// is the end of the motion.
     ///
     /// # Errors
     /// [`WearError::NotStraight`], and [`WearError::Contact`].

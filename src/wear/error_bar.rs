@@ -1,18 +1,20 @@
-//! Error bars: distance of a worn state's figures from the exact result of the same model. The exact result
-//! has exact wear steps, exact contact solves, and a vibration with all harmonics in which each element moves
-//! and is loaded individually.
+//! Error bars: difference between the figures of a worn state and the exact result of the same model. The exact result
+//! has no errors of wear steps and contact solves. The vibration of the exact result has all harmonics and an
+//! individual motion and load of each element.
 //!
-//! The error of the worn volume has three parts: the estimates of the wear steps, times a safety factor; the
-//! duality gaps of the cycles, which bound the dissipation of friction, with the sampling error; and the
-//! error of the vibration in the energy of every cycle. The error of every other figure follows the volume.
-//! The error of a figure is proportional to the figure's change over the last step, or over the last update if a
-//! vibration drives the joint. Direct errors by the vibration and the cycle are added. Where wear dies out, the energy
-//! per cycle falls strongly while little volume is worn. A small error of the volume is then a large error of the
-//! energy, and the bar shows it.
+//! The error of the worn volume has three parts. The first part is the error estimate of the wear steps, times a safety
+//! factor. The second part is the error of the energy of the cycles: the duality gaps of the solves, and the sampling
+//! error. The duality gaps bound the error of the energy that friction dissipates. The third part is the error of the
+//! energy of the cycles due to the error of the vibration. The error of the worn volume also gives the error of every
+//! other figure. The error of a figure is proportional to the change of the figure over the last step. If a vibration
+//! drives the joint, the error of a figure is proportional to the change over the last update of the vibration. Direct
+//! errors by the vibration and the cycle are added. Where wear dies out, the energy per cycle falls strongly while
+//! little volume is worn. Where wear dies out, a small error of the volume causes a large error of the energy. The
+//! error bar of the energy includes the large error.
 //!
-//! Where single cells decide between sticking and wearing, wear amplifies small errors. Therefore, under a prescribed
-//! motion, the run also computes a coarse trajectory ([`super::coarse`]). The bar of any figure is at least one and a
-//! half times the difference of both trajectories.
+//! Where single cells decide between sticking and wearing, wear amplifies small errors. To measure the amplification of
+//! errors by wear, a run under a prescribed motion also computes a coarse trajectory ([`super::coarse`]). The error bar
+//! of a figure is at least 1½ times the difference of the figure between the run and the coarse trajectory.
 
 use std::ops::Add;
 
@@ -23,15 +25,15 @@ use super::WearLaw;
 pub struct VolumeError {
     /// Error of the single wear steps.
     pub steps: f64,
-    /// Error of the cycles: their solves, samples and closure.
+    /// Error of the cycles, from the solves, the sampling and the closure of the cycles.
     pub cycles: f64,
-    /// Propagation of these errors by wear, beyond their sum.
+    /// Growth of the errors of the steps and cycles by wear, beyond the sum of the errors.
     pub propagation: f64,
     /// Error by the harmonics that the vibration omits.
     pub harmonics: f64,
     /// Error by driving the contact with the mean displacement and the total load of a vibration.
     pub closure: f64,
-    /// Error of the grid, if it was estimated with a grid half as fine.
+    /// Error by the cell size, if a computation on a grid half as fine estimated the error.
     pub grid: f64,
 }
 
@@ -71,16 +73,17 @@ const SAFETY: f64 = 3.0;
 /// steps.
 const SAFETY_BESIDE_COARSE: f64 = 2.0;
 
-/// Smallest relative error of every figure, of itself or of its change since the unworn state, as a fraction
-/// of the volume's relative error. A figure that happens not to change in a step need not be exact.
+/// Ratio of the smallest relative error of a figure to the relative error of the worn volume. For a figure that is not
+/// zero in the unworn state, the ratio applies to the change of the figure since the unworn state. A figure that
+/// happens not to change in a step can still have an error.
 pub const LEAST_FIGURE_ERROR: f64 = 0.125;
 
 /// Smallest relative error of the energy per cycle, as a fraction of the volume's relative error. If the
 /// force is prescribed, the errors of the energy are nearly as large as the volume's.
 pub const LEAST_ENERGY_ERROR: f64 = 0.4;
 
-/// Returns the error of the volume worn in a step, from the step's own `estimate`, with or without a coarse
-/// trajectory \[m³\].
+/// Returns the error of the volume worn in a step \[m³\]. The error is `estimate` times a safety factor. The safety
+/// factor is smaller if the run also computes a coarse trajectory (`beside_coarse`).
 pub fn step_error(estimate: f64, beside_coarse: bool) -> f64 {
     let safety = match beside_coarse {
         true => SAFETY_BESIDE_COARSE,
@@ -112,8 +115,9 @@ pub fn figure_error(
     }
 }
 
-/// Returns the error of an explicit step of `cycles`, which assumes its initial rate throughout, as a volume
-/// \[m³\]. The error is half the change of the energy per area over the step \[J/m²\], summed over cells of area
+/// Returns the error of the volume worn in an explicit step of `cycles` \[m³\]. An explicit step assumes the initial
+/// wear rate throughout the step. `begin` and `end` are the energies per area and cycle at both ends of the step
+/// \[J/m²\]. The error is half the wear volume that the change from `begin` to `end` causes, summed over cells of area
 /// `cell_area` \[m²\].
 pub fn constant_rate_error(
     [begin, end]: [&[f64]; 2],

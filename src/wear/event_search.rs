@@ -1,18 +1,18 @@
-//! Search for the wear step that ends at an event, instead of passing it.
+//! Searches for the length of the wear step that ends at an event and not beyond the event.
 //!
-//! Some computations run up to the end of the step that meets a condition, for example an update of the
-//! contact elements. Without this search, their result would depend on the steps that happened to be taken.
+//! A computation can stop at the first wear step that meets a condition, for example to update the contact elements.
+//! Without the search for the event, the result of the computation would depend on arbitrary lengths of the wear steps.
 
 use super::WearLaw;
 use super::implicit::{self, Limits, Step};
 use super::joint::{FrettingJoint, WearError, WornState};
 
-/// Largest number of lengths tried for one event. After these tries, the search uses the shortest length that passes
-/// the event.
+/// Largest number of step lengths that the search tries for one event. After `MOST_TRIES` tries, the search uses the
+/// shortest step length that passes the event.
 const MOST_TRIES: usize = 8;
 
-/// A step that would pass this many such events is not shortened. Such events are finer than the resolution of the
-/// wear, and every step ends beyond an event.
+/// The search does not shorten a step that passes at least `EVENTS_BEYOND_RESOLUTION` events. So many events per step
+/// are finer than the resolution of the wear, and every step ends beyond an event.
 const EVENTS_BEYOND_RESOLUTION: f64 = 30.0;
 
 /// Largest overshoot of a step beyond the event, as a fraction of the tolerance. Late in a run the stiffness
@@ -82,7 +82,8 @@ impl EventSearch {
             Ok((step, reached))
         };
         let (mut step, mut far) = attempt(proposal, limits)?;
-        // Cycles that accuracy would allow for the next step, had this one not been shortened.
+        // Number of cycles that the error test permits for the next step. The shortening of the current step by the
+        // search does not reduce this number.
         let uncut = step.proposal.min(step.cycles as f64);
         let (mut rejected, mut beyond) = (step.rejected, None);
         while let Some(cycles) = self.next_length(step.cycles, far) {
@@ -111,8 +112,9 @@ impl EventSearch {
         Ok(step)
     }
 
-    /// Returns the length to try after a step of `cycles` with the progress `reached`. Returns `None` to
-    /// accept that step: it ends at the event, or before it while no longer step is known to pass it.
+    /// Returns the length of the next trial step after a step of `cycles` with the progress `reached`. Returns `None`
+    /// to accept the step of `cycles`. A step that ends at the event is accepted. A step that ends before the event is
+    /// accepted if no longer trial step has passed the event.
     pub fn next_length(&mut self, cycles: u64, reached: f64) -> Option<u64> {
         self.tried += 1;
         if self.begin_progress >= 1.0

@@ -5,7 +5,7 @@ use super::WearLaw;
 /// Returns N = floor(Δh_max / max Δh), at least one cycle [A eq. 2.7]. `deepest` is the largest wear depth
 /// per cycle \[m\].
 pub fn cycles(depth_step: f64, deepest: f64) -> u64 {
-    // The conversion saturates, so that a joint that hardly wears makes one very long step.
+    // The conversion to `u64` saturates. A joint that hardly wears makes one very long step.
     ((depth_step / deepest).floor() as u64).max(1)
 }
 
@@ -19,16 +19,16 @@ pub fn advance(wear: &[f64], energy: &[f64], law: WearLaw, cycles: u64) -> Vec<f
         .collect()
 }
 
-/// Smallest eigenvalue of the half spaces' compliance on a grid, over a cell's own compliance. This eigenvalue belongs
-/// to pressures that alternate from cell to cell.
+/// Smallest eigenvalue of the half spaces' compliance on a grid, over a cell's own compliance. The pressure with the
+/// smallest eigenvalue alternates from cell to cell.
 const SMALLEST_EIGENVALUE: f64 = 0.5;
 
-/// Returns how far a step exceeds the stability limit of the explicit scheme: N α µ·(slip path) of the
-/// fastest cell in contact, over twice the smallest eigenvalue of the compliance. Above 1, cells overshoot,
-/// lift off and come back.
+/// Returns the ratio of N α µ·(slip path) to the stability limit of the explicit scheme. The slip path is the longest
+/// slip path of the cells in contact. The stability limit is twice the smallest eigenvalue of the compliance. If the
+/// ratio is above 1, cells wear too much in a step, lose contact and touch again later.
 ///
-/// `slip_path` \[m\] and `pressure` \[Pa\] have one value per cell; `self_compliance` is a cell's own
-/// \[m/Pa\].
+/// `slip_path` \[m\] and `pressure` \[Pa\] have one value per cell. `self_compliance` is the displacement of a cell by
+/// a pressure of 1 Pa on the same cell \[m/Pa\].
 pub fn stability_ratio(
     slip_path: &[f64],
     pressure: &[f64],
@@ -46,8 +46,8 @@ pub fn stability_ratio(
     compliance / (2.0 * SMALLEST_EIGENVALUE * self_compliance)
 }
 
-/// Returns the largest depth of a stable step for the fastest-wearing cell under this pressure \[m\]. A step
-/// of depth d makes N α µ·(slip path) = d/p, so that it is stable up to d = 2 λ_min p.
+/// Returns the largest wear depth of a stable step \[m\] for the fastest-wearing cell, which has the pressure
+/// `pressure`. In a step of depth d, N α µ·(slip path) equals d/p. The step is stable up to the depth d = 2 λ_min p.
 pub fn largest_stable_depth(pressure: f64, self_compliance: f64) -> f64 {
     2.0 * SMALLEST_EIGENVALUE * self_compliance * pressure
 }

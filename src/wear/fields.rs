@@ -1,8 +1,10 @@
-//! Fields at selected instants of a steady cycle: pressure, shear, slip and, if the load varies, gap.
+//! Pressure, shear and slip at selected instants of a steady cycle. If the load varies, the fields also include the
+//! gap.
 //!
-//! The cycle stores only the shear of these instants. The slip follows from the shear and from the positions
-//! of the bodies as v = δ − K q on every cell, minus its value at t = 0. This slip is zero on stick cells to the
-//! tolerance of the solves, and continuous beyond the contact.
+//! The cycle stores only the shear at the selected instants. The program computes the slip v of every cell from the
+//! shear q and the displacement δ of the bodies. The slip v is δ − K q minus the value of δ − K q at t = 0. The
+//! computed slip is zero on stick cells within the tolerance of the solves. The slip is continuous across the edge of
+//! the contact.
 
 use super::cycle::{CycleSolution, Instant};
 use super::joint::FrettingJoint;

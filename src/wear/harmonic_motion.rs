@@ -47,9 +47,10 @@ impl HarmonicMotion {
         self.turns_together().is_some()
     }
 
-    /// Samples one cycle about the mean `load`. Half of the samples are equally spaced, plus the two ends if
-    /// all axes turn at the same time. The other half of the samples lies midway between neighbouring samples of the
-    /// first half. Therefore every other sample is a motion of its own.
+    /// Samples one cycle about the mean `load`. The samples with even numbers are equally spaced in time. If all axes
+    /// turn at the same time, the two ends of the motion are additional samples with even numbers. Each sample with an
+    /// odd number lies midway in time between two samples with even numbers. The samples with even numbers alone are
+    /// also a complete motion.
     pub fn sampled(&self, load: f64, samples: usize) -> Motion {
         let half = samples.div_ceil(2);
         let mut time: Vec<f64> = (0..half).map(|k| k as f64 / half as f64).collect();
@@ -92,8 +93,8 @@ impl HarmonicMotion {
 }
 
 impl Motion {
-    /// Returns the harmonic displacement `amplitude · cos(2πt/T + phase)` along each axis, under
-    /// `load + load_amplitude · cos(2πt/T)`, sampled as in [`HarmonicMotion::sampled`].
+    /// Returns a harmonic motion with the samples of [`HarmonicMotion::sampled`]. The displacement along each axis is
+    /// `amplitude · cos(2πt/T + phase)`. The normal load is `load + load_amplitude · cos(2πt/T)`.
     pub fn harmonic(axes: &[(f64, f64)], load: f64, load_amplitude: f64, samples: usize) -> Self {
         let axes: Vec<Harmonic> = axes
             .iter()

@@ -1,25 +1,26 @@
 //! Second-order implicit wear step.
 //!
 //! The wear depth w grows by dw/dn = α(c p + f) per cycle. The factor c = ∮µ|dv| weights the slip path by friction, so
-//! that c p is the dissipated energy. If the load varies in the cycle, p is the pressure under the largest load, under
-//! which all cells touch that ever do. For a varying load, c is the dissipated energy per p, and f is the remaining
-//! energy, mainly of cells with p = 0. With c frozen, a step that is implicit in p is a *normal contact with an
-//! additional diagonal compliance* N α c, and stable at any size:
+//! that c p is the dissipated energy. If the load varies in the cycle, p is the pressure under the largest load, which
+//! has the largest contact area. For a varying load, c is the dissipated energy divided by p. The energy f is the
+//! remaining energy, mainly of cells with p = 0. With constant c, a step that is implicit in p is a *normal contact
+//! with an additional diagonal compliance* N α c. A step that is implicit in p is stable at any size:
 //!
 //! 1. Half a step with c of the beginning, by backward Euler, gives the pressure p½ on the surface w½.
 //! 2. The fretting cycle there gives c½ and f½: the midpoint rule in the slip.
 //! 3. The whole step with c½ uses the L-stable two-stage SDIRK method (γ = 1 − 1/√2) in the pressure: p₁, p₂.
 //!
-//! The midpoint rule and the SDIRK method are both of second order, and all their coefficients are positive. Therefore
-//! wear only grows, and only where c p or f is positive.
+//! The midpoint rule and the SDIRK method are both of second order. All coefficients of both methods are positive. The
+//! wear depth of a cell never decreases, and the wear depth grows only if c p or f of the cell is positive.
 //!
-//! The embedded error estimate compares with Simpson's rule over c₀p₀, c½p½ and the extrapolated (2c½ −
-//! c₀)p₂. The estimate includes the change of slip *and* of pressure, and is of third order like the error of the step.
-//! With stepped cycles a few cells may decide whether the joint slides. Therefore a step with stepped cycles is also
-//! compared with Simpson's rule over the energies of three cycles: at the beginning, the middle and the end of the
-//! step. The end cycle costs nothing, because the next state uses it.
+//! The embedded error estimate compares the step with Simpson's rule over c₀p₀, c½p½ and the extrapolated (2c½ − c₀)p₂.
+//! The estimate includes the change of the slip *and* the change of the pressure. The estimate and the error of the
+//! step are both of third order. With stepped cycles, a few cells can decide whether the joint slides. A second
+//! estimate detects sliding that begins in the step. The second estimate compares the step with Simpson's rule over the
+//! energies of the cycles at the beginning, the middle and the end of the step. The cycle at the end of the step adds
+//! no cost, because the next state uses the same cycle.
 //!
-//! If the motion changes as the joint wears, each of these cycles uses the motion of its own contact.
+//! If wear changes the motion, the contact of each cycle determines the motion of the same cycle.
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
@@ -34,16 +35,17 @@ use crate::grid::ByAxis;
 /// γ of the two-stage SDIRK method.
 const GAMMA: f64 = 1.0 - FRAC_1_SQRT_2;
 
-/// Largest ratio of the proportion c to µ·(slip path). A larger ratio comes from a cell whose pressure peaks
-/// under another load than the largest. The energy above this ratio wears the cell explicitly.
+/// Largest ratio of the proportion c to µ·(slip path). A larger ratio comes from a cell whose pressure peaks under
+/// another load than the largest load. The step treats the energy above `LARGEST_RATIO` explicitly, as a part of f.
 const LARGEST_RATIO: f64 = 4.0;
 
-/// Fraction of the volume worn before the step that is added to the step's volume in the error test. Where
-/// wear dies out, the step's own volume falls below the errors of the solves, and no step would be short
-/// enough.
+/// The error test compares the error of a step with the volume of the step plus a part of the volume worn before the
+/// step. `PRIOR_VOLUME_FRACTION` is the ratio of this part to the volume worn before the step. Where wear dies out, the
+/// volume of a step is smaller than the errors of the solves. Without the added part, the error test would reject every
+/// step.
 const PRIOR_VOLUME_FRACTION: f64 = 0.005;
 
-/// Bounds on the ratio of the next step length to this one.
+/// Bounds on the ratio of the length of the next step to the length of the current step.
 const STEP_CHANGE_BOUNDS: (f64, f64) = (0.2, 3.0);
 
 /// Factor on the normal solve's tolerance for the half step and the first stage, up to [`LARGEST_TOLERANCE`]. Both
@@ -52,7 +54,8 @@ const STEP_CHANGE_BOUNDS: (f64, f64) = (0.2, 3.0);
 const TOLERANCE_FACTOR: f64 = 100.0;
 const LARGEST_TOLERANCE: f64 = 1e-4;
 
-/// Returns the tolerance of a normal solve that may be less exact than the contact of a state.
+/// Returns the tolerance of a normal solve within a step. The returned tolerance is at least as large as `tolerance`,
+/// the tolerance for the contact of a worn state.
 pub(super) fn relaxed_tolerance(tolerance: f64) -> f64 {
     tolerance.max((TOLERANCE_FACTOR * tolerance).min(LARGEST_TOLERANCE))
 }
@@ -77,18 +80,18 @@ pub struct Step {
     pub cycles: u64,
     /// Wear depth after the step \[m\].
     pub wear: Vec<f64>,
-    /// Contact after the step under the largest load of the cycle, from the last stage. The next contact
-    /// starts from it.
+    /// Contact after the step under the largest load of the cycle, from the last stage. The solve of the next contact
+    /// starts from the pressure of this contact.
     pub contact: NormalSolution,
-    /// Shear at t = 0 in the middle of the step \[Pa\]. The next cycle starts from it.
+    /// Shear at t = 0 in the middle of the step \[Pa\], from which the next cycle starts.
     pub shear: ByAxis<Vec<f64>>,
     /// Cycle in the middle of the step.
     pub middle: MiddleCycle,
-    /// Estimated error of the volume worn in this step (L1 norm of the wear field) \[m³\].
+    /// Estimated error of the volume that the step wears (L1 norm of the wear field) \[m³\].
     pub error: f64,
     /// Cycles that the error allows for the next step.
     pub proposal: f64,
-    /// Number of longer steps that were rejected before this one.
+    /// Number of longer steps that the error test rejected before it accepted the step.
     pub rejected: usize,
     /// Cycle at the end of the step, if cycles are stepped.
     pub end: Option<EndCycle>,
@@ -118,7 +121,8 @@ pub struct EndCycle {
     pub start: ByAxis<Vec<f64>>,
     /// Steady cycle.
     pub cycle: CycleSolution,
-    /// Transform pairs of this cycle. The caller that reuses the cycle counts them.
+    /// Number of pairs of Fourier transforms that the end cycle needed. The caller that reuses the end cycle counts
+    /// these transform pairs.
     pub fft_pairs: f64,
 }
 
@@ -141,15 +145,17 @@ impl Limits {
     pub const SAFETY: f64 = 0.85;
 }
 
-/// Returns the cycles for a first step, before any error is known. In these cycles the wear compliance of the
-/// fastest-wearing cell reaches the half space's own compliance.
+/// Returns the number of cycles for the first step, before an error estimate exists. The wear compliance of a cell is N
+/// α µ·(slip path). At the end of the first step, the wear compliance of the fastest-wearing cell equals the
+/// self-compliance of a cell on the half space.
 pub fn first_proposal(joint: &FrettingJoint, state: &WornState, law: WearLaw) -> f64 {
     let longest_path = state.cycle.slip_path.iter();
     let longest_path = longest_path.fold(0.0f64, |m, path| m.max(*path));
     joint.half_space.self_compliance() / law.depth(joint.friction_coefficient * longest_path)
 }
 
-/// Makes one step of at most `proposal` cycles. Shortens the step until its error is within the limits.
+/// Makes one step of at most `proposal` cycles. `advance` shortens the step until the error of the step is within
+/// `limits`.
 pub fn advance(
     joint: &mut FrettingJoint,
     state: &WornState,
@@ -205,7 +211,8 @@ pub fn advance(
     }
 }
 
-/// Returns a whole number of cycles near `wanted`, such that the last step of the run is not short.
+/// Returns the whole number of cycles of a step, near `wanted` cycles. If at most three steps remain, the remaining
+/// steps have equal lengths, so that the last step of the run is not short.
 fn whole_cycles(wanted: f64, remaining: u64) -> u64 {
     if wanted >= remaining as f64 {
         return remaining;
@@ -303,8 +310,8 @@ pub(super) fn attempt(
         let between = middle.proportion[c] * half.pressure[c];
         let simpson = (begin.proportion[c] * pressure[c] + 4.0 * between + last) / 6.0;
         let step_rate = (1.0 - GAMMA) * first_rate[c] + GAMMA * second_rate[c];
-        // Where wear is stiff (its compliance exceeds the half space's), the implicit step damps the
-        // quadrature's error.
+        // Where the wear compliance exceeds the compliance of the half space, the implicit step damps the error of the
+        // quadrature.
         reach * (step_rate - simpson).abs() / (1.0 + reach * middle.proportion[c] / lambda)
     });
     let error = error.sum::<f64>() * joint.patch.grid.cell_area();
@@ -343,10 +350,11 @@ fn end_cycle(joint: &mut FrettingJoint, step: &Step) -> Result<EndCycle, WearErr
     })
 }
 
-/// Returns by how much the volume worn in a step differs from Simpson's rule over its three cycles \[m³\]: at
-/// the beginning, in the middle and at the `end`. The difference counts only a wear rate that grows towards the end of
-/// the step: a joint that begins to slide, or new cells that touch, may appear only at the end. Where wear dies out,
-/// the implicit step damps this difference.
+/// Returns the difference between the volume worn in a step and the volume by Simpson's rule \[m³\]. Simpson's rule
+/// uses the cycles at the beginning, in the middle and at the `end` of the step. The wear rate can grow in the second
+/// half of the step if the joint begins to slide or if new cells touch. If the wear rate does not grow in the second
+/// half of the step, `simpson_difference` returns 0. If the wear rate falls in the step, the implicit step damps the
+/// difference.
 fn simpson_difference(
     joint: &FrettingJoint,
     begin: &WornState,

@@ -81,11 +81,11 @@ pub struct FrettingOptions {
     pub normal: NormalOptions,
     /// Options of each tangential step.
     pub tangential: TangentialOptions,
-    /// Closure of the steady cycle: the energy that its remaining change of shear would dissipate, over its
-    /// dissipation.
+    /// Tolerance for the closure of a steady cycle. The closure is the energy that the remaining change of the shear
+    /// would dissipate, divided by the energy per cycle.
     pub cycle_tolerance: f64,
-    /// Whether a stepped cycle uses second-order steps, is also computed over every other sample, and is
-    /// extrapolated to steps of zero length.
+    /// If true, a stepped cycle uses steps of second order. The cycle is then also computed over every other sample,
+    /// and the program extrapolates both results to steps of zero length.
     pub extrapolate: bool,
     /// Smallest fraction of a cell's slip path and energy that extrapolation keeps. A larger change shows that
     /// the cell is not yet of second order, and a full extrapolation would make it stick.
@@ -129,13 +129,13 @@ pub struct EvolvingMotion {
     pub coupling: Coupling,
 }
 
-/// Joint: its unworn surface and its motion.
+/// Fretting joint: the bodies, the unworn surface, the loads and the motion of a joint.
 pub struct FrettingJoint {
     /// Both half spaces.
     pub half_space: HalfSpace,
     /// Grid and kept cells.
     pub patch: Patch,
-    /// Unworn composite height, positive towards the other body \[m\].
+    /// Composite height of both unworn surfaces \[m\]. A positive height reduces the gap between the bodies.
     pub height: Vec<f64>,
     /// Bodies that press each other under loads of their own. `None`: a load or an approach presses half
     /// spaces together.
@@ -156,7 +156,7 @@ pub struct FrettingJoint {
     pub options: FrettingOptions,
 }
 
-/// Joint at some point of its wear: the input of a step, and of a restart.
+/// State of a worn joint, from which a wear step or a restart begins.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WornState {
     /// Cumulative wear depth ≥ 0 \[m\].
@@ -197,9 +197,9 @@ impl FrettingJoint {
         solution
     }
 
-    /// Solves the normal contact of the surface worn by `wear` under a load or at an approach, with an
-    /// optional diagonal compliance. Bodies of a structure have loads of their own, so that `control` is
-    /// ignored.
+    /// Solves the normal contact of the surface worn by `wear`. `control` prescribes the load or the approach.
+    /// `compliance` is an optional diagonal compliance. If a structure presses the joint, the loads of the structure
+    /// replace `control`.
     pub fn solve_normal_contact(
         &mut self,
         wear: &[f64],
@@ -253,8 +253,8 @@ impl FrettingJoint {
         }
     }
 
-    /// Updates the motion to these pressures, and returns the tangential compliance of the contact \[m/N\].
-    /// Returns `None` if the motion does not change.
+    /// Updates the motion of the joint to the pressure field `pressure`, and returns the tangential compliance of the
+    /// contact \[m/N\]. Returns `None` if the motion does not change.
     pub(super) fn update_motion(&mut self, pressure: &[f64]) -> Result<Option<f64>, WearError> {
         let Some(course) = self.evolving_motion.clone() else {
             return Ok(None);
@@ -290,9 +290,9 @@ impl FrettingJoint {
         Ok(self.half_space.without_nodal(solve)?)
     }
 
-    /// Returns kn and kt \[N/m\] like [`FrettingJoint::stiffness`], without the compliance that the
-    /// structure's mesh represents, if that is subtracted from the half spaces. The accuracy of some 1e-4
-    /// suffices for a comparison with the contact elements.
+    /// Returns the stiffnesses kn and kt \[N/m\] like [`FrettingJoint::stiffness`], but on `half_space`. If the
+    /// compliance of the structure's mesh is subtracted from `half_space`, kn and kt do not include the compliance of
+    /// the mesh. The accuracy of kn and kt is about 1e-4, which suffices for a comparison with the contact elements.
     ///
     /// # Errors
     /// [`WearError::Contact`].

@@ -1,4 +1,5 @@
-//! Friction limits over a cycle, and the fraction of a step in which a closing or opening cell is in contact.
+//! Friction limits over a cycle. A cell that closes or opens is in contact for only a fraction of a step; this module
+//! also computes the fraction.
 
 use super::joint::{FrettingJoint, WearError};
 use super::motion::{EQUALITY_TOLERANCE, Motion, Step};
@@ -9,10 +10,11 @@ use crate::contact::tangential::Drive;
 /// contact changes in the middle.
 const MIDDLE: f64 = 0.5;
 
-/// Reserve of friction over the prescribed forces, as a fraction of the friction capacity, below which a
-/// solve needs a tighter tolerance, and the smallest factor on that tolerance. Without these, an orbit with a
-/// reserve of 3e-3 had an error of 0.3 % in the energy per cycle, and one with 3e-4 had an error of 1.4 to 10
-/// %.
+/// The reserve of friction is the friction capacity minus the prescribed forces, as a fraction of the capacity. A solve
+/// needs a tighter tolerance if the reserve is below `FULL_TOLERANCE_RESERVE`; `SMALLEST_TOLERANCE_FACTOR` is the
+/// smallest factor on the tolerance. Tests without the tighter tolerance computed orbits with a small reserve. The
+/// energy per cycle had an error of 0.3 % for a reserve of 3e-3. The energy per cycle had an error of 1.4 to 10 % for a
+/// reserve of 3e-4.
 const FULL_TOLERANCE_RESERVE: f64 = 1.0 / 30.0;
 const SMALLEST_TOLERANCE_FACTOR: f64 = 1e-3;
 
@@ -35,7 +37,7 @@ pub(super) struct Change {
     pub(super) cell: usize,
     /// Fraction of the step in which the cell is open.
     pub(super) open: f64,
-    /// Whether the cell closes; otherwise it opens.
+    /// True if the cell closes in the step, false if the cell opens.
     pub(super) closes: bool,
 }
 
@@ -117,8 +119,8 @@ impl FrictionLimits {
 }
 
 /// Returns the factor on the tolerance of a step under the friction limits at its end \[Pa\]. Near the friction
-/// capacity, only the few cells that stick determine the displacement under a prescribed force, which amplifies errors
-/// of the solve. `tolerance_factor` returns 1 without a prescribed force.
+/// capacity, only a few cells stick. Because these few cells determine the displacement under a prescribed force, small
+/// errors of the solve cause large errors of the displacement. `tolerance_factor` returns 1 without a prescribed force.
 pub(super) fn tolerance_factor(driven: &Step, limit: &[f64], cell_area: f64) -> f64 {
     let forces = driven.drive.iter().map(|drive| match drive {
         Drive::Force(force) => force * force,
@@ -133,9 +135,9 @@ pub(super) fn tolerance_factor(driven: &Step, limit: &[f64], cell_area: f64) -> 
 }
 
 impl FrettingJoint {
-    /// Computes the friction limits over the cycle on a surface worn by `wear`, with its static contact at
-    /// the mean load. Each distinct load is solved once. With `store_contacts`, `limits_over_cycle` also stores the
-    /// pressures and gaps of a varying load.
+    /// Computes the friction limits over the cycle on a surface worn by `wear`. The static contact of the worn surface
+    /// at the mean load is `contact`. Each distinct load is solved once. If `store_contacts` is true and the load
+    /// varies, `limits_over_cycle` also stores the pressure and the gap under each load.
     pub(super) fn limits_over_cycle(
         &mut self,
         wear: &[f64],

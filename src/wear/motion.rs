@@ -25,9 +25,10 @@ pub struct Motion {
     pub rotation: Option<Channel>,
     /// Total normal load \[N\].
     pub normal_load: Vec<f64>,
-    /// Static load about which `normal_load` varies \[N\]: the load of the contact. For a history with loads
-    /// of its own, and for a computed motion, it is the mean of the samples. Motions derived from this one
-    /// keep it.
+    /// Static load about which `normal_load` varies \[N\]: the load of the contact. The static load of a history with a
+    /// varying load is the mean over the samples. The static load of a computed motion is also the mean over the
+    /// samples. A motion that is derived from another motion, for example with more samples, has the `mean_load` of the
+    /// original motion.
     pub mean_load: f64,
     /// Motion of the cells along the axes in addition to the rigid drive. `None` (all cells move alike) takes
     /// no storage.
@@ -74,7 +75,7 @@ impl Channel {
         self.values().iter().any(|v| *v != 0.0)
     }
 
-    /// Returns the drive of a step between two values of this channel.
+    /// Returns the drive of a step in which the channel changes from the value `from` to the value `to`.
     fn between(&self, from: f64, to: f64) -> Drive {
         match self {
             Channel::Displacement(_) => Drive::Displacement(to - from),
@@ -110,12 +111,12 @@ impl Step {
 /// Motion along a straight line about zero that turns only at its two ends, under constant load.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StraightMotion {
-    /// State of the motion at the end reached at sample `top`, as in [`Motion::state_at`]. The state at the other end
-    /// of the motion is the negative of `end`.
+    /// State of the motion at sample `top`, one of the two ends, as in [`Motion::state_at`]. At sample `bottom`, the
+    /// opposite end, the state of the motion is the negative of `end`.
     pub end: Vec<f64>,
-    /// Sample of that end.
+    /// Sample at which the motion reaches the end with the state `end`.
     pub top: usize,
-    /// Sample of the other end.
+    /// Sample at which the motion reaches the end with the state −`end`.
     pub bottom: usize,
 }
 
@@ -147,7 +148,8 @@ impl Motion {
         self
     }
 
-    /// Returns this motion with a linearly interpolated sample in the middle between any two samples.
+    /// Returns the motion with additional samples: a linearly interpolated sample midway between any two neighbouring
+    /// samples.
     pub fn with_midpoints(&self) -> Motion {
         let halve = |series: &Vec<f64>| with_middles(series, series[0]);
         Motion {
@@ -161,7 +163,7 @@ impl Motion {
         }
     }
 
-    /// Halves the sample spacing of this motion until it has at least `samples` samples.
+    /// Halves the sample spacing of the motion until the motion has at least `samples` samples.
     pub fn refined(self, samples: usize) -> Motion {
         let mut motion = self;
         while motion.samples() < samples {
@@ -200,10 +202,12 @@ impl Motion {
         self
     }
 
-    /// Returns the motion between the two reversals of this one about their middle, under its mean load.
-    /// Returns `None` unless every sample lies within `tolerance` times the reach from the line between the
-    /// ends, the motion turns by no more than that elsewhere, and the load stays within `load_tolerance` of
-    /// its mean. `reversals` also returns `None` for a rotation or a force.
+    /// Returns the straight motion between the two reversals of the motion under the mean load. The middle between the
+    /// reversals is zero. The reach is half the distance between the reversals. `reversals` returns `None` if the
+    /// distance of a sample from the line between the reversals exceeds `tolerance` times the reach. `reversals`
+    /// returns `None` if the motion turns back between the reversals by more than `tolerance` times the reach.
+    /// `reversals` returns `None` if the load deviates from the mean load by more than the fraction `load_tolerance`.
+    /// `reversals` returns `None` for a motion with a rotation or a prescribed force.
     pub fn reversals(&self, tolerance: f64, load_tolerance: f64) -> Option<Motion> {
         if self.rotation.is_some() || self.drive.iter().any(Channel::is_force) {
             return None;
@@ -246,7 +250,7 @@ impl Motion {
                 }
                 along.push(a);
             }
-            // Returns true if the motion from one end to the other never goes back by more than the
+            // Returns true if the motion from the sample `from` to the sample `to` never turns back by more than the
             // tolerance.
             let one_way = |from: usize, to: usize, sign: f64| {
                 let mut farthest = f64::NEG_INFINITY;
@@ -263,8 +267,8 @@ impl Motion {
         Some(self.between_ends([top, bottom]))
     }
 
-    /// Returns the motion to and fro between these samples about their middle, under this motion's mean load.
-    /// `between_ends` needs a motion by displacements along the axes.
+    /// Returns the straight motion between the samples `top` and `bottom` under the mean load. The middle between the
+    /// two samples is zero. `between_ends` needs a motion that prescribes displacements along the axes.
     #[must_use]
     pub fn between_ends(&self, [top, bottom]: [usize; 2]) -> Motion {
         let end = self.end([top, bottom]);
@@ -317,9 +321,9 @@ impl Motion {
         }
     }
 
-    /// Returns the relative error of the work of friction if reversals under the mean load replace this
-    /// motion, in gross slip. The error comes from the variation of the load; it is of first order if the
-    /// load has twice the frequency.
+    /// Returns the relative error of the work of friction in gross slip if reversals under the mean load replace the
+    /// motion. The variation of the load causes the error. The error is of first order if the load varies at twice the
+    /// frequency of the motion.
     pub fn reversal_energy_error(&self) -> f64 {
         let (mean, samples) = (self.mean_load, self.samples());
         let (mut work, mut varied) = (0.0, 0.0);
@@ -364,8 +368,8 @@ impl Motion {
         channels.chain(own.copied()).collect()
     }
 
-    /// Returns the drive of a step between two states of the motion: along the axes, about z, and the
-    /// additional displacement of the cells.
+    /// Returns the drive of a step between two states of the motion. The drive consists of the motion along the axes,
+    /// the rotation about z and the additional displacement of the cells.
     pub fn between(&self, from: &[f64], to: &[f64]) -> Step {
         let axes = self.drive.len();
         let drive = |(k, channel): (usize, &Channel)| channel.between(from[k], to[k]);
@@ -378,8 +382,8 @@ impl Motion {
         }
     }
 
-    /// Returns true if the second half of the cycle, at every `stride`-th sample, is the negative of the
-    /// first half, under constant load.
+    /// Returns true if the second half of the cycle is the negative of the first half and the load is constant.
+    /// `is_antiperiodic` compares every `stride`-th sample.
     pub fn is_antiperiodic(&self, stride: usize) -> bool {
         let n = self.samples();
         let constant = self.constant_load()

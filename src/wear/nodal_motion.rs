@@ -17,18 +17,19 @@ pub struct NodalMotion {
     /// Approach of the bodies at each node relative to rest, per sample \[m\]. Empty: every place keeps the
     /// load of the static contact, or its load follows the load of the joint.
     pub approach: Vec<Vec<f64>>,
-    /// Ratio of each node's work of friction in the cycle to its work between the two ends of the motion
-    /// under the load of the static contact. The ratio accounts for the path between the ends and for the variation of
-    /// the load. If the list is empty, the ratio is 1.
+    /// Ratio of two works of friction at each node. The first work is the work in the cycle. The second work is the
+    /// work of a motion between the two ends under the load of the static contact. The ratio accounts for the path
+    /// between the ends and for the variation of the load. If `work_ratio` is empty, the ratio is 1.
     pub work_ratio: Vec<f64>,
     /// Ratio as in `work_ratio`, for the work of friction of all nodes together.
     pub total_work_ratio: f64,
-    /// Ratio of the force along the motion in the cycle to the force between its two ends under the load of
-    /// the static contact.
+    /// Ratio of two forces along the motion. The first force is the force in the cycle. The second force is the force
+    /// of a motion between the two ends under the load of the static contact.
     pub force_ratio: f64,
-    /// Displacement of each node at the end of the line that the motion nearly follows, along x, then along y
-    /// if the motion has that axis. The displacement includes the mean motion and is divided by its root mean square
-    /// over the area of the joint. The force along this direction does the work of all nodes.
+    /// Displacement of each node at one end of the line that approximates the motion. The list contains the
+    /// displacements along x, and then the displacements along y if the motion has the axis y. The displacement
+    /// includes the mean motion. The displacement is divided by its root mean square over the area of the joint. The
+    /// force along `direction` does the same work as the forces of all nodes.
     pub direction: Vec<f64>,
 }
 
@@ -48,7 +49,8 @@ impl NodalMotion {
         self.with_series(thin(&self.displacement), thin(&self.approach))
     }
 
-    /// Returns this motion with a linearly interpolated sample in the middle between any two samples.
+    /// Returns the motion with additional samples: a linearly interpolated sample midway between any two neighbouring
+    /// samples.
     pub(super) fn halved(&self) -> NodalMotion {
         let halve = |series: &[Vec<f64>]| {
             let pairs = series.iter().zip(series.iter().cycle().skip(1));

@@ -14,9 +14,9 @@ impl Motion {
         self.time_of(k + stride) - self.time[k]
     }
 
-    /// Returns the ratio of the step from sample `k` to the step before it, between samples `stride` apart.
-    /// If the motion is smooth in time, `step_ratio` is the ratio of the durations. If only the order of the samples
-    /// counts, `step_ratio` is the ratio of the paths, up to a bound. After a step at rest this ratio is 0.
+    /// Returns the ratio of the step from sample `k` to the step before it, between samples `stride` apart. If the
+    /// motion is smooth in time, `step_ratio` is the ratio of the durations. If only the order of the samples counts,
+    /// `step_ratio` is the ratio of the paths, up to a bound. After a step without motion, `step_ratio` is 0.
     pub(super) fn step_ratio(&self, k: usize, stride: usize) -> f64 {
         if !self.by_order {
             let before = k + self.samples() - stride;
@@ -30,8 +30,9 @@ impl Motion {
         }
     }
 
-    /// Returns a measure of the load's change from a sample to the sample `stride` later: the duration if the
-    /// motion is smooth in time, otherwise the change itself.
+    /// Returns a measure of the change of the load between `sample` and the sample `sample + stride`. For a motion that
+    /// is smooth in time, `load_change` returns the duration between the two samples. For any other motion,
+    /// `load_change` returns the change of the load.
     pub(super) fn load_change(&self, sample: usize, stride: usize) -> f64 {
         if !self.by_order {
             return self.duration(sample, stride);

@@ -8,14 +8,15 @@
 //! - u the opening of the nodes by the loads,
 //! - δ and θ the approach and the rotations along which the bodies are free.
 //!
-//! The compliance splits into G = Q + V C Vᵀ, with the soft compliance C along the held motions V
-//! ([`crate::structure::statics`]). The contact solver uses Q alone and frees all motions. The held motions
-//! are driven by resultants r, and Broyden's method [Broyden 1965] finds r such that these motions are −C r.
-//! Broyden's method takes a few contact solves, and the contact solver never uses a compliance far softer than the
-//! contact.
+//! The compliance of the structure is the sum G = Q + V C Vᵀ. The matrix C is the soft compliance along the held
+//! motions V ([`crate::structure::statics`]). The contact solver uses Q alone and frees all motions. Resultants r of
+//! the pressure drive the held motions. Broyden's method [Broyden 1965] finds the resultants r for which the held
+//! motions are −C r. Broyden's method takes a few contact solves, and the contact solver never uses a compliance far
+//! softer than the contact.
 //!
-//! A prescribed *load* acts through this compliance. Prescribed nodal displacements act through K − A S M Sᵀ,
-//! because they already include G ([`super::cycle`]).
+//! Under a prescribed *load*, the compliance of the joint is K + A S (G − M) Sᵀ. Under prescribed nodal displacements,
+//! the compliance of the joint is K − A S M Sᵀ. The nodal displacements already include the compliance G
+//! ([`super::cycle`]).
 
 use std::sync::Arc;
 
@@ -35,7 +36,8 @@ pub struct NodalLoad {
     pub opening: Vec<f64>,
     /// Resultant of the pressure along each free motion that balances the loads \[N m\].
     pub resultants: Vec<f64>,
-    /// Work of these loads under the preload and under the other loads, without contact pressure \[N m\].
+    /// Two works of the nodal load without contact pressure \[N m\]. The first work is on the displacements by the
+    /// preload, and the second work is on the displacements by all other static loads.
     pub work: [f64; 2],
 }
 
@@ -55,7 +57,8 @@ pub struct BodyMotions {
 pub struct PressedBodies {
     added: Arc<NodalCompliance>,
     bodies: BodyMotions,
-    /// Opening of the cells by a preload of 1 N and by the other loads, and the resultants of both.
+    /// Opening of the cells by a preload of 1 N, and by all static loads except the preload. `resultants` has the
+    /// resultants in the same order.
     opening: [Vec<f64>; 2],
     resultants: [Vec<f64>; 2],
     /// Opening of all cells at first touch \[m\].
@@ -66,17 +69,19 @@ pub struct PressedBodies {
     pub load_fraction: f64,
     /// Approach of the preload's ends towards each other in the last contact \[m\].
     pub shortening: f64,
-    /// Work of a preload of 1 N under itself and under the other loads.
+    /// Two works of a preload of 1 N. The first work is on the displacements by the preload, and the second work is on
+    /// the displacements by all other static loads.
     work: [f64; 2],
-    /// Ratio of the structure's compliance between neighbouring nodes to the compliance of its mesh on half
-    /// spaces. `None` if the joint is too small for an estimate.
+    /// Ratio of the structure's compliance between neighbouring nodes to the compliance of its mesh on half spaces.
+    /// `mesh_ratio` is `None` if the joint is too small for an estimate of the ratio.
     pub mesh_ratio: Option<f64>,
 }
 
 impl PressedBodies {
-    /// Creates bodies whose normal compliance is `added` to the compliance of the half spaces, Q − M \[m/N\].
-    /// The `loads` are a preload of 1 N, and the other loads. If the bodies are not free to approach, they
-    /// start where a surface with the highest point `top` \[m\] first touches. The preload starts at 0.
+    /// Creates bodies whose normal compliance is `added` to the compliance of the half spaces, Q − M \[m/N\]. The two
+    /// `loads` are a preload of 1 N and the sum of all other static loads. `top` is the highest point of the surface
+    /// \[m\]. Bodies that are not free to approach start at the position where the highest point begins to touch. The
+    /// preload starts at 0.
     pub fn new(
         added: Arc<NodalCompliance>,
         bodies: BodyMotions,
@@ -135,12 +140,13 @@ impl PressedBodies {
         Control::Free(freedom)
     }
 
-    /// Solves the contact of `problem`, whose control and rotation are replaced by the loads of these bodies.
-    /// The opening by the loads must already be subtracted from its heights.
+    /// Solves the contact problem `problem` under the loads of the pressed bodies. The loads of the bodies replace the
+    /// control and the rotation of `problem`. The caller subtracts the opening by the loads from the heights of
+    /// `problem`.
     ///
     /// # Errors
-    /// [`ContactError`] if a contact fails; [`ContactError::NotConverged`] also if the held motions do not
-    /// converge.
+    /// [`ContactError`] if a contact solve fails. `solve` also returns [`ContactError::NotConverged`] if Broyden's
+    /// method does not converge.
     pub(super) fn solve(
         &self,
         half_space: &mut HalfSpace,
@@ -243,7 +249,8 @@ impl PressedBodies {
             );
             let mut solution = match (solution, &last) {
                 (Ok(solution), _) => solution,
-                // No pressure balances these resultants: return half-way to the last ones.
+                // No pressure balances the new resultants: use the mean of the new resultants and the last balanced
+                // resultants.
                 (Err(ContactError::MomentNotCarried { .. }), Some((before, _))) => {
                     resultants
                         .iter_mut()
@@ -252,7 +259,7 @@ impl PressedBodies {
                     continue;
                 }
                 (Err(ContactError::MomentNotCarried { .. }), None) if !is_uniform => {
-                    // A uniform pressure can balance its own resultants.
+                    // Use the resultants of a uniform pressure, because the uniform pressure balances these resultants.
                     resultants =
                         self.uniform_pressure_resultants(patch, &kept_cells, &fields, &resultants);
                     is_uniform = true;
@@ -384,7 +391,8 @@ impl PressedBodies {
     }
 
     /// Returns by how much the ends of the preload approach each other \[m\]. The shortening equals the work of a
-    /// preload of 1 N under the pressure, the loads, and the approach and rotations of the contact.
+    /// preload of 1 N. The pressure, the loads, the approach and the rotations of the contact each do a part of the
+    /// work.
     pub(super) fn shortening(&self, patch: &Patch, solution: &NormalSolution) -> f64 {
         let opening = solution.pressure.iter().zip(&self.opening[0]);
         let by_pressure: f64 = opening.map(|(p, u)| p * u).sum();
@@ -408,8 +416,8 @@ impl PressedBodies {
         patch.grid.cell_area() * by_pressure + by_loads + by_motion
     }
 
-    /// Returns the mean approach over `patch`, from first touch at height 0 \[m\]. This approach is that of a punch on
-    /// half spaces alone, without the opening by the loads and the added compliance.
+    /// Returns the mean approach over `patch`, from first touch at height 0 \[m\]. The approach excludes the opening by
+    /// the loads and the added compliance, as for a punch on half spaces alone.
     pub(super) fn approach(&self, patch: &Patch, solution: &NormalSolution) -> f64 {
         let mut opening = self.opening();
         self.added.add_normal(&solution.pressure, &mut opening);
@@ -464,15 +472,16 @@ const MOST_SOLVES: usize = 40;
 /// Fraction of the peaks' height above the mean by which the first resultants move the faces apart.
 const FIRST_PART: f64 = 0.5;
 
-/// Limits of the search for the bolt force: the largest number of contact solutions, the relative error of
-/// the load at convergence, and the error that is accepted if the secant method stalls.
+/// Limits of the search for the bolt force by the secant method: the largest number of contact solutions, and two
+/// relative errors of the load. The smaller error is the error at convergence. The search accepts the larger error if
+/// the secant method stalls.
 const MOST_SECANT_STEPS: usize = 30;
 const TIGHTENING_TOLERANCE: f64 = 1e-7;
 const STALLED_TIGHTENING_TOLERANCE: f64 = 1e-6;
 
 impl FrettingJoint {
-    /// Finds the preload at which the unworn contact carries `load` \[N\], and returns that contact. Use this
-    /// for a bolt that is a part of the structure.
+    /// Finds the preload for which the force of the unworn contact is `load` \[N\]. Returns the contact under the
+    /// preload. Use `tighten_bolt` for a bolt that is a part of the structure.
     ///
     /// # Errors
     /// [`WearError::NotTightened`], or the error of a contact.

@@ -60,7 +60,8 @@ impl Scheme {
         self == Scheme::Explicit
     }
 
-    /// Describes the step for this tolerance and depth \[m\], and the reason for it.
+    /// Describes the wear step of the scheme with `tolerance` and `depth_step` \[m\]. Also returns the setting and the
+    /// property of the scheme.
     pub fn describe(self, tolerance: f64, depth_step: f64) -> (String, &'static str) {
         match self {
             Scheme::Implicit => (
@@ -80,8 +81,8 @@ impl Scheme {
         }
     }
 
-    /// Makes one step from a worn state. The closure `implicit` makes the step of the implicit scheme. Steps
-    /// of the other schemes wear the depth in `limits`.
+    /// Makes one step from a worn state. The closure `implicit` makes the step of the implicit scheme. Steps of the
+    /// explicit and the semi-implicit scheme wear the depth `depth_step` of `limits`.
     ///
     /// # Errors
     /// Errors of `implicit` and of the contact.
@@ -139,9 +140,10 @@ impl Scheme {
     }
 }
 
-/// Largest wear of a single cycle, relative to a step's. A much larger ratio gives steps that only look
-/// accurate: wear within one cycle has no rate. At a ratio of 62 a torsion joint wore three times as much as
-/// in many cycles with the same total wear, and its error bar was 9 %.
+/// Largest ratio of the wear of a single cycle to the wear of a step. A much larger ratio gives steps that only look
+/// accurate, because wear within one cycle has no rate. A test compared few cycles of a torsion joint with many cycles
+/// at a proportionally smaller wear coefficient. With a ratio of 62, the few cycles wore three times as much as the
+/// many cycles. The error bar in the test was 9 %.
 const LARGEST_CYCLE: f64 = 10.0;
 
 /// Rejects a cycle that wears far more than a step of `proposal` cycles, with `proposal` below 1.
@@ -153,8 +155,8 @@ pub(super) fn check_wear_per_cycle(proposal: f64) -> Result<(), WearError> {
     }
 }
 
-/// Returns the cycles that wear the depth of a step at the rate of its beginning [A eq. 2.7], at most the
-/// remaining ones.
+/// Returns the number of cycles for a step of the depth `depth_step` at the wear rate of `state` [A eq. 2.7]. The
+/// number does not exceed the remaining cycles.
 fn by_depth(
     joint: &FrettingJoint,
     state: &WornState,

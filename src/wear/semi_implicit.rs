@@ -1,7 +1,7 @@
-//! First-order implicit wear step: implicit in the pressure, with the slip of its beginning.
+//! First-order implicit wear step: implicit in the pressure, with the slip at the beginning of the step.
 //!
-//! The semi-implicit step solves one normal contact with the added wear compliance N α c. This method is
-//! backward Euler: stable at any step, and of first order. A semi-implicit step costs a third of the
+//! The semi-implicit step solves one normal contact with the added wear compliance N α c. The semi-implicit method is
+//! backward Euler, which is stable at any step length and of first order. A semi-implicit step costs a third of the
 //! [`super::implicit`] step and estimates no error. The semi-implicit step serves for comparison.
 
 use super::WearLaw;

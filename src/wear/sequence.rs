@@ -1,17 +1,20 @@
 //! March from sample to sample until the cycle is periodic.
 //!
-//! A step of second order aligns the shear at its end with the slip rate there, not with the slip Δv over the
-//! step. The backward difference of two steps gives this rate as Δv − β Δv'. The slip Δv' belongs to the step before,
-//! β = w²/(1 + 2w), and w is the ratio of the steps' durations (BDF2, [Curtiss and Hirschfelder 1952]). If only the
-//! order of the samples counts, w is the ratio of their paths. The term −β Δv' is an offset of the tangential problem. This
-//! offset applies only to cells that also slid in the step before, because a cell that begins to slip has no earlier
-//! slip rate. Where the motion bends, β is multiplied by the cosine of the bend. This factor is of second order on a
-//! smooth path, and β is zero where the motion turns back. A cell dissipates its |Δv| times the mean of the limits at
-//! both ends.
+//! In a step of second order, the shear at the end of the step has the direction of the slip rate at the end of the
+//! step. In a step of first order, the shear has the direction of the slip Δv over the step. The backward difference of
+//! two steps gives the slip rate at the end as Δv − β Δv'. The slip Δv' is the slip in the step before. The factor β is
+//! w²/(1 + 2w), where w is the ratio of the durations of both steps (BDF2, [Curtiss and Hirschfelder 1952]). If only
+//! the order of the samples counts, w is the ratio of the paths of both steps. The term −β Δv' is an offset of the
+//! tangential problem. The offset −β Δv' applies only to cells that also slipped in the step before. A cell that begins
+//! to slip has no earlier slip rate. Where the motion bends, the program multiplies β by the cosine of the bend. On a
+//! smooth path, the effect of the cosine on the result is of second order. Where the motion turns back, β is zero. The
+//! energy per area of a cell in a step is |Δv| times a mean friction limit. The mean is over the friction limits at
+//! both ends of the step.
 //!
-//! A cell that closes within a step sticks to its position at closure, not to its position at the beginning
-//! of the step. The motion of the cell until closure is another offset, at the rate of the step before. Without this
-//! offset the error under a varying load is of first order. The cell dissipates only while it is in contact.
+//! A cell that closes within a step sticks at its position at closure. The position at closure differs from the
+//! position at the beginning of the step. The motion of the cell until closure, at the rate of the step before, is a
+//! second offset. Without an offset for the motion until closure, the error under a varying load is of first order. A
+//! cell that closes or opens is in contact for a fraction of the step, and dissipates energy only in this fraction.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -29,9 +32,10 @@ const MAX_CYCLES: usize = 60;
 /// A cycle may converge more slowly than two spans show, and errors of the solves keep changing it.
 const CONVERGENCE_RATIO_BOUNDS: [f64; 2] = [0.5, 0.9];
 
-/// Ratios of a cell's changes of shear in successive spans at which the march extrapolates. Shear that is
-/// locked in over half a cycle has the ratio −1 (`ALTERNATING_RATIOS`). Slowly converging cells have positive ratios
-/// (`SLOW_RATIOS`); the largest of these are too inaccurate, and so are all before the span `FIRST_EXTRAPOLATED_SPAN`.
+/// Ranges of the ratio of a cell's changes of shear in two successive spans, in which the march extrapolates the shear.
+/// If a march covers half a cycle, a constant residual shear of a stuck cell gives the ratio −1 (`ALTERNATING_RATIOS`).
+/// Slowly converging cells have positive ratios (`SLOW_RATIOS`). Ratios above 0.9 are too inaccurate to extrapolate,
+/// and positive ratios before the span `FIRST_EXTRAPOLATED_SPAN` are too inaccurate as well.
 const ALTERNATING_RATIOS: [f64; 2] = [-1.05, -0.6];
 const SLOW_RATIOS: [f64; 2] = [0.6, 0.9];
 const FIRST_EXTRAPOLATED_SPAN: usize = 4;
@@ -87,21 +91,21 @@ struct LastStep {
 struct Segment {
     tally: CycleAccumulator,
     instants: Vec<Instant>,
-    /// Number of the step at its end, counted from the beginning of the march, and the shear and the position
-    /// there.
+    /// Number of the step at the end of the segment, counted from the beginning of the march. `shear` and `place` are
+    /// the shear and the position at the end of the segment.
     end: usize,
     shear: ByAxis<Vec<f64>>,
     place: Vec<f64>,
     /// Shear at the stored samples, or half a cycle away from them \[Pa\].
     kept: Vec<(usize, ByAxis<Vec<f64>>)>,
-    /// Energy that the change of shear over a span would dissipate, summed over the cells \[J/m²\]; `None` in
-    /// the first span.
+    /// Energy that the change of shear in a span would dissipate, summed over the cells \[J/m²\]. `unsteady` is `None`
+    /// in the first span.
     unsteady: Option<f64>,
 }
 
 impl<'a> SteadyStateMarch<'a> {
-    /// Starts at sample 0 with the shear `start`, cut back to the limits, or with the shear of a first
-    /// loading from rest.
+    /// Starts the march at sample 0. The march starts with the shear `start`, reduced to the friction limits. If
+    /// `start` is `None`, the march starts with the shear of a first loading from rest.
     pub(super) fn new(
         joint: &'a mut FrettingJoint,
         limits: &'a FrictionLimits,
@@ -138,7 +142,7 @@ impl<'a> SteadyStateMarch<'a> {
         })
     }
 
-    /// Stores the shear at these instants, given as sample numbers.
+    /// Makes the march store the shear at `instants`, which are numbers of samples.
     pub(super) fn storing_shear_at(mut self, instants: &[usize]) -> Self {
         let samples = self.joint.motion.samples();
         self.keeps = instants.iter().map(|instant| instant % samples).collect();
@@ -250,8 +254,8 @@ impl<'a> SteadyStateMarch<'a> {
                     1 => 0.0,
                     _ => joint.motion.turn_cosine(k, stride).max(0.0),
                 };
-                // The product of two successive β must not exceed 1, or errors would grow. For equal steps it
-                // is 1/9.
+                // The product of two successive β must not exceed 1, or errors would grow. For equal steps the product
+                // of two β is 1/9.
                 let memory = bend * ratio * ratio / (1.0 + 2.0 * ratio);
                 let memory = memory.min(1.0 / last.beta);
                 beta = memory;
@@ -321,8 +325,9 @@ impl<'a> SteadyStateMarch<'a> {
         Ok(instant)
     }
 
-    /// Removes the mean of the shear now and at `begin`, half a cycle ago, from cells that stuck in between.
-    /// The mean shear of a stuck cell depends only on the way to the cycle, and no cycle would change this mean.
+    /// Subtracts the mean shear of each cell that stuck in the last half cycle. The mean shear is the mean of the
+    /// current shear and the shear `begin` half a cycle earlier. The mean shear of a stuck cell depends only on the
+    /// loading before the steady cycle. Further cycles do not change the mean shear.
     fn unlock(&mut self, begin: &ByAxis<Vec<f64>>, segments: &[Option<Segment>]) {
         let stuck = |c: usize| {
             let mut all = segments.iter().flatten();
@@ -339,9 +344,10 @@ impl<'a> SteadyStateMarch<'a> {
         }
     }
 
-    /// Extrapolates each cell's shear by a geometric series (Aitken), if its changes in two successive spans
-    /// have a suitable ratio. `begin` is the shear before the span, and `drift` the change of shear in the
-    /// span before. Returns the change in this span, or `None` after an extrapolation.
+    /// Extrapolates the shear of a cell by a geometric series (Aitken). The extrapolation needs a suitable ratio of the
+    /// changes of the shear in two successive spans. `begin` is the shear before the current span, and `drift` is the
+    /// change of shear in the span before. Returns the change of shear in the current span, or `None` after an
+    /// extrapolation.
     fn extrapolate(
         &mut self,
         span: usize,
@@ -487,9 +493,9 @@ fn next_shear(shear: &ByAxis<Vec<f64>>, earlier: &[ByAxis<Vec<f64>>]) -> ByAxis<
     next
 }
 
-/// Returns the change between two shears that matters for the dissipation, with `sign` times the second, on
-/// every cell \[Pa\]. Shears at their limit only rotate relative to each other, and the component across the
-/// slip does not dissipate.
+/// Returns the part of the change between two shears that affects the dissipation, on every cell \[Pa\]. `sign`
+/// multiplies the second shear. If both shears of a cell are at the friction limit, the shears differ only in
+/// direction. A shear at right angles to the slip does not dissipate energy.
 fn change([shear, before]: [&ByAxis<Vec<f64>>; 2], sign: f64, limit: &[f64]) -> Vec<f64> {
     let square = |c: usize| -> f64 {
         let axes = shear.iter().zip(before);
@@ -508,7 +514,7 @@ fn change([shear, before]: [&ByAxis<Vec<f64>>; 2], sign: f64, limit: &[f64]) -> 
         .collect()
 }
 
-/// Cuts shears back to their limits, with unchanged direction.
+/// Reduces shears above the friction limit to the limit, without a change of direction.
 fn cut_to_limits(shear: &ByAxis<Vec<f64>>, limit: &[f64]) -> ByAxis<Vec<f64>> {
     let mut cut = shear.clone();
     for (c, &limit) in limit.iter().enumerate() {

@@ -1,8 +1,9 @@
 //! Width of the slip bands at the rims of the contact spots, in cells. A band thinner than a cell takes its
 //! energy from a few cells.
 //!
-//! Under a steady tangential force T, a cell slips if the cell would be out of contact at a normal load reduced by T/µ
-//! (Jäger 1998; Ciavarella 1998). The area of the slipping cells over the rim of the contact is the width of the band.
+//! Under a steady tangential force T, the cells that slip are the cells that lose contact if the normal load is reduced
+//! by T/µ (Jäger 1998; Ciavarella 1998). The area of the slipping cells over the rim of the contact is the width of the
+//! band.
 
 use crate::grid::Patch;
 
@@ -10,25 +11,25 @@ use crate::grid::Patch;
 /// includes.
 const LEAST_REPORTED_ERROR: f64 = 0.2;
 
-/// Relative error of the energy of one of several spots, for bands narrower than each width in cells. The
-/// errors of the spots are independent. Of 96 energies of rough faces, 2 differed from finer grids by more
-/// than this error over the root of the number of spots, plus 1 %. The finer grids had 2 to 8 times as many
-/// cells along a side.
+/// Relative error of the energy of one contact spot of several, for slip bands narrower than each width in cells. The
+/// errors of the spots are independent. A test compared the energies of 96 rough faces on a grid and on a finer grid.
+/// The finer grids had 2 to 8 times as many cells along a side. For n spots, the bound of the difference was the listed
+/// error divided by √n, plus 1 %. Two of the 96 energies exceeded the bound.
 const ERRORS_OF_SEVERAL_SPOTS: [(f64, f64); 2] = [(0.4, 1.2), (1.5, 0.25)];
 /// Relative error of the energy of a single contact spot, whose cells may lie alike on all sides. The energies of 416
-/// round spots of 3 to 20 cells were compared with Mindlin's energy. The energies were off by up to 470 % for bands
-/// below 0.15 cells, and by 41 to 70 % for bands up to 0.6 cells.
+/// round spots of 3 to 20 cells were compared with Mindlin's energy. For bands below 0.15 cells, the errors of the
+/// energies were up to 470 %. For bands up to 0.6 cells, the errors of the energies were 41 to 70 %.
 const ERRORS_OF_ONE_SPOT: [(f64, f64); 4] = [(0.15, 5.0), (0.4, 1.5), (0.8, 0.75), (1.5, 0.25)];
 /// Smallest spread at which the contact counts as one spot.
 const SINGLE_SPOT_SPREAD: f64 = 0.9;
 
-/// Slip bands of the contact spots that partly stick throughout the cycle. A spot that slips as a whole has
-/// no band that its energy depends on.
+/// Slip bands of the contact spots that partly stick throughout the cycle. The energy of a spot that slips as a whole
+/// does not depend on the width of a slip band.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SlipBand {
     /// Mean width, in cells.
     pub cells: f64,
-    /// √Σe² over Σe, with the energies e of all spots: for equal spots, one over the root of their number.
+    /// Ratio √Σe² / Σe of the energies e of all spots. For n equal spots, the ratio is 1/√n.
     pub spread: f64,
 }
 
@@ -60,7 +61,7 @@ impl SlipBand {
         let squares: f64 = spots.iter().map(|spot| spot.energy.powi(2)).sum();
         let spread = match is_partial && edges > 0 {
             true if squares > 0.0 => squares.sqrt() / whole,
-            // Nothing slips on this grid, so that the slip on a finer one is unknown.
+            // No cell slips on the current grid, so that the slip on a finer grid is unknown.
             true => 1.0,
             false => 0.0,
         };

@@ -1,5 +1,5 @@
-//! Rows in their own processes, several at once. A process that ends, also by a lack of memory, does not end the
-//! others.
+//! Computes several rows at once, each row in a separate process. If one process ends, for example by a lack of memory,
+//! the other processes continue.
 
 use std::collections::VecDeque;
 use std::io::Read;
@@ -158,7 +158,8 @@ pub fn run(
     Ok(counts)
 }
 
-/// Returns the failure of a process: the failure that it stored, or else its last line on stderr, or its exit status.
+/// Returns the failure that the process of a row has stored. If the process has stored no failure, the function stores
+/// and returns a failure with the exit status and the last line on stderr.
 fn failure_outcome(
     folder: &CampaignFolder,
     index: usize,
@@ -213,7 +214,8 @@ fn start(
         let time_left = time_left.max(LEAST_LEFT);
         command.arg("--max-wall").arg(format!("{time_left} s"));
     }
-    // The terminal then signals only this process, which passes the signal on.
+    // In a process group of its own, the child gets no signal from the terminal. The parent process passes the signal
+    // to the child.
     #[cfg(unix)]
     command.process_group(0);
     command.spawn().map_err(spawn_error)

@@ -29,8 +29,9 @@ pub enum CampaignCommand {
     Plan(PlanArguments),
     /// Run or continue rows: one, a range, or all rows on this machine
     ///
-    /// `campaign run` exits with 0 if all requested rows are done, and with 75 if a row was stopped: run the same
-    /// command again to continue. Rows that are done take no time. A row that fails does not stop the other rows.
+    /// `campaign run` exits with 0 if all requested rows are done, and with 75 if a row was stopped. To continue a
+    /// stopped row, run the same command again. Rows that are done take no time. If one row fails, `campaign run`
+    /// computes the other rows.
     Run(RunArguments),
     /// Show the progress of a campaign
     Status(FolderArguments),
@@ -41,8 +42,8 @@ pub enum CampaignCommand {
     Collect(FolderArguments),
     /// Write one HTML page on the collected runs, and the tables of the page
     ///
-    /// The page has the final figures of the runs, bands over the cycles, the effect of each key on each figure, and
-    /// the failed runs with the reasons.
+    /// The page shows the final figures of the runs, and bands of the figures over the cycles. The page shows the
+    /// effect of each key on each figure, and the reasons of failed runs.
     Report(ReportArguments),
 }
 
@@ -99,8 +100,8 @@ pub struct RunArguments {
     pub jobs: Option<usize>,
     /// Compute in this folder, as on a disk of the node, and store only the history at the end; with keep = "history"
     ///
-    /// A stopped row continues from this folder. If the folder is gone, a stopped row starts again and gives the same
-    /// results.
+    /// With `--scratch`, a stopped row continues from the data in FOLDER. If the folder is gone, a stopped row starts
+    /// again and gives the same results.
     #[arg(long, value_name = "FOLDER")]
     pub scratch: Option<PathBuf>,
     /// Retry rows that have failed

@@ -21,8 +21,8 @@ use crate::terminal::{Results, say};
 /// Largest number of groups that are rehearsed. A rehearsal takes at most about five seconds.
 const MOST_REHEARSED: usize = 12;
 
-/// Numerical keys that affect the cost of a run. Rows that differ in such a key, or in a word or a list, are in
-/// different groups.
+/// Numerical keys that affect the cost of a run. Two rows are in different groups if the rows have different values of
+/// a key in `SEPARATING`. Two rows with different words or lists as values of a key are in different groups.
 const SEPARATING: [&str; 13] = [
     "joint.",
     "fidelity.",
@@ -292,7 +292,7 @@ fn resolution(
     })
 }
 
-/// Returns true if rows that differ in this key differ in their cost.
+/// Returns true if the key of `setting` affects the cost of a run.
 fn separates(setting: &Setting) -> bool {
     !setting.is_number()
         || SEPARATING
@@ -330,7 +330,7 @@ fn duplicate_rows(rows: &[PlannedRun]) -> Option<(usize, [usize; 2])> {
     pair.map(|pair| (count, pair))
 }
 
-/// Prints the first warning of each kind, with the number of such warnings in all rows.
+/// Prints the first warning of each kind, and the number of warnings of the kind in all rows.
 fn warn_once_per_kind<'a>(warnings_of_rows: impl Iterator<Item = &'a [String]>) {
     let mut kinds: BTreeMap<&str, (usize, usize, &str)> = BTreeMap::new();
     for (index, warnings) in warnings_of_rows.enumerate() {

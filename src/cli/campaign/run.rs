@@ -91,7 +91,7 @@ pub fn run(arguments: &RunArguments, out: &mut Results) -> Result<Exit, CliError
     let counts = match (arguments.jobs, &rows[..]) {
         (Some(jobs), _) => jobs::run(arguments, &folder, &about, &campaign, &rows, jobs)?,
         (None, [index]) => match run_single(arguments, &folder, &about, &campaign, *index)? {
-            // Report the error: its exit code gives the reason.
+            // Return the error, because the exit code of the error gives the reason of the failure.
             RowOutcome::Failed(error) => return Err(error),
             ended => {
                 let mut counts = RowCounts::default();
@@ -150,7 +150,7 @@ fn run_single(
     let execution = &arguments.execution;
     let exit = i32::from(arguments.resumable_exit);
     let stopping = Stopping::listen(execution.max_wall, exit).map_err(CliError::Signals)?;
-    // The parent process shows the notices of this one.
+    // The parent process shows the notices of an attached child process.
     let rows = arguments.attached.then(|| Rows::new(1, 0, false));
     let rows = rows.as_ref();
     compute_and_store(arguments, folder, about, campaign, index, &stopping, rows)
@@ -271,7 +271,8 @@ fn previous_outcome(
     })
 }
 
-/// Computes a row and stores its outcome. With `rows` (one of many rows), it shows only notices.
+/// Computes a row and stores the outcome of the row. If `rows` is given (one of many rows), the function prints only
+/// notices.
 fn compute_and_store(
     arguments: &RunArguments,
     folder: &CampaignFolder,
@@ -392,9 +393,10 @@ fn compute(
     Ok(RowOutcome::Done)
 }
 
-/// Reads the history of a run folder, if it belongs to the run of this process: it has all rows up to the last
-/// iteration, and the same commit there. Without working locks, another process may have written or removed the folder;
-/// the result is then `None`.
+/// Reads the history of a run folder, if the history belongs to the run of the present process. The history belongs to
+/// the present run under two conditions. The history has all rows up to the last iteration. The commit of the last row
+/// is the commit of the run. Without working locks, another process may have written or removed the folder. If the
+/// folder does not have the history of the present run, the function returns `None`.
 fn own_history(
     files: Arc<dyn FileSystem>,
     root: &Path,

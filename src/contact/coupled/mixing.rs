@@ -3,11 +3,12 @@
 /// Number of stored differences between iterates.
 const DEPTH: usize = 4;
 
-/// A difference of residuals is dropped as dependent if less than this fraction of it is orthogonal to the other
-/// differences. A smaller orthogonal part is rounding and inner error.
+/// Smallest fraction of a difference of residuals that must be orthogonal to the other differences. The mixing drops a
+/// difference with a smaller orthogonal part, because a smaller orthogonal part is rounding and inner error.
 const DEPENDENT: f64 = 1e-3;
 
-/// Last iterate with its residual (next value less value), and the stored differences, newest last.
+/// Last iterate, the residual of the last iterate, and the stored differences. The residual of an iterate is the
+/// computed next value minus the iterate. The newest difference comes last.
 #[derive(Default)]
 pub(super) struct Mixing {
     last: Option<[Vec<f64>; 2]>,
@@ -16,8 +17,8 @@ pub(super) struct Mixing {
 
 impl Mixing {
     /// Replaces `value` by the next iterate. The fixed-point map moves `value` by `residual`. The stored differences
-    /// predict the value with the smallest residual on the cells that `counts` selects; the next iterate is this value
-    /// plus that residual. A constant part of a residual is ignored.
+    /// predict the value with the smallest residual on the cells that `counts` selects. The next iterate is the
+    /// predicted value plus the smallest residual. A constant part of a residual is ignored.
     pub(super) fn advance(
         &mut self,
         value: &mut [f64],

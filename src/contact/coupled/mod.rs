@@ -12,19 +12,21 @@
 //!
 //! The rigid motions are controlled as in the modules of normal and tangential contact.
 //!
-//! For a given solution of the other problem, each problem is convex. The solver alternates between them
-//! (Panagiotopoulos 1975): the normal problem with heights h − K_zt q, and the tangential one with the offset −K_tz (p
-//! − p₀). The solver iterates on the normal displacement K_zt q. The next iterate is mixed from the last few iterates,
-//! so that the changes of the iterates cancel best (Anderson 1965). Without mixing, a round changes the tractions by
-//! about βµ times the change of the round before, or by β² times if everything sticks.
+//! With a given shear, the normal problem is convex. With a given pressure, the tangential problem is convex. The
+//! solver alternates between the two problems (Panagiotopoulos 1975). The normal problem has the heights h − K_zt q.
+//! The tangential problem has the offset −K_tz (p − p₀). The solver iterates on the normal displacement K_zt q. The
+//! next iterate is mixed from the last few iterates, so that the changes of the iterates cancel best (Anderson 1965).
+//! Without mixing, the change of the tractions in a round is about βµ times the change in the round before. If all
+//! cells stick, the change is β² times the change in the round before.
 //!
-//! The result is certified on the joint conditions: the gap with the latest shear, and the duality gap of friction with
-//! the latest pressure. The gap and the duality gap do not depend on the mixing of the iterates. For large βµ there may
-//! be several solutions or no solution. For large βµ the iteration may fail with [`ContactError::NotConverged`].
+//! The certificate of the result includes both problems: the gap with the latest shear, and the duality gap of friction
+//! with the latest pressure. The gap and the duality gap do not depend on the mixing of the iterates. For large βµ
+//! there may be several solutions or no solution. For large βµ the iteration may fail with
+//! [`ContactError::NotConverged`].
 //!
-//! The history of the pressure matters. A point that closes in a step is treated as if it had been in contact, with the
-//! friction limit at the end of the step, during the whole step. [`indent`] therefore raises loads in steps; the number
-//! of steps causes an error of first order.
+//! The history of the pressure matters. If a point closes during a step, the solver treats the point as in contact
+//! during the whole step. The friction limit of the point is the limit at the end of the step. Because the history
+//! matters, [`indent`] raises loads in steps. The finite number of steps causes an error of first order.
 //!
 //! [`super::stiffness::coupled`] computes the stiffness of the whole K.
 
@@ -54,10 +56,10 @@ const TOLERANCE_REDUCTION: f64 = 0.01;
 /// Smallest tolerance of the duality gap: the rounding of its sums.
 const LEAST_GAP: f64 = 1e-10;
 
-/// Fraction of its limit from which a shear counts as at its limit.
+/// Fraction of the friction limit from which a shear counts as at the limit.
 const AT_LIMIT: f64 = 1.0 - 1e-9;
 
-/// Bound on the Newton steps towards a tightened gap. The solver converges in a few steps or not at all.
+/// Largest number of Newton steps towards a tightened gap. The solver converges in a few Newton steps or not at all.
 const TIGHTENED_MAX_STEPS: usize = 20;
 
 /// Tractions on the contact plane.
@@ -78,7 +80,7 @@ pub struct CoupledProblem<'a> {
     pub friction_coefficient: f64,
     /// Tractions p₀ and q₀ before the step; `None` for bodies that did not touch.
     pub previous: Option<Tractions<'a>>,
-    /// Motion of the upper body against the lower in this step, one entry per axis (x, or x and y).
+    /// Motion of the upper body against the lower body during the step, one entry per axis (x, or x and y).
     pub drive: &'a ByAxis<Drive>,
     /// Rotation of the upper body against the lower about z through the grid's centre; `None` for no rotation. Needs
     /// both axes.
@@ -126,8 +128,8 @@ impl CoupledSolution {
     }
 }
 
-/// Solves one step. `start` is an initial guess of the tractions and affects speed only. Without it the solver begins
-/// with `previous`.
+/// Solves one step. `start` is an initial guess of the tractions and affects speed only. If `start` is `None`, the
+/// solver begins with `previous`.
 ///
 /// Uncoupled bodies take one normal and one tangential solve, exactly as in [`super::normal`] and
 /// [`super::tangential`].
@@ -283,7 +285,8 @@ fn alternate(
     let begin = start.or(problem.previous);
     let mut pressure = begin.map(|t| t.pressure.to_vec());
     let mut shear = begin.map(|t| t.shear.clone());
-    // Normal displacement that the normal problem assumes, and the one that the resulting shear causes.
+    // The normal problem assumes a normal displacement. The resulting shear causes another normal displacement. The
+    // solver iterates until the two displacements agree.
     let mut assumed_displacement = vec![0.0; cells];
     let mut caused_displacement = vec![0.0; cells];
     if let Some(shear) = &shear {
@@ -372,8 +375,8 @@ fn alternate(
     })
 }
 
-/// Scales shear at the friction limit along with the limit. Without this scaling, slipping cells would begin the next
-/// solve as sticking cells.
+/// Scales shear at the friction limit along with the limit. If the shear did not change with the limit, slipping cells
+/// would begin the next solve as sticking cells.
 fn stay_at_limit(shear: &mut ByAxis<Vec<f64>>, friction: f64, old: &[f64], new: &[f64]) {
     for c in 0..old.len() {
         let size = shear.iter().map(|q| q[c] * q[c]).sum::<f64>().sqrt();
@@ -385,9 +388,9 @@ fn stay_at_limit(shear: &mut ByAxis<Vec<f64>>, friction: f64, old: &[f64], new: 
     }
 }
 
-/// Solves the tangential problem of a round: to its own tolerance, then further if `tolerance` is smaller. The duality
-/// gap is of second order in the shear. Shears of equal duality gap therefore scatter by the root of the gap, and the
-/// rounds might never converge.
+/// Solves the tangential problem of a round to the tolerance in `options`, and further if `tolerance` is smaller. The
+/// duality gap is of second order in the shear. Shears of equal duality gap scatter by the root of the gap. With a
+/// constant tolerance, the rounds might never converge.
 fn solve_friction(
     half_space: &mut HalfSpace,
     step: &TangentialProblem,
@@ -397,7 +400,8 @@ fn solve_friction(
 ) -> Result<TangentialSolution, ContactError> {
     let options = options.tangential;
     let first = match tangential::solve(half_space, step, start, options) {
-        // The shear of the last round saves steps. If it fails, the default start of the step may still converge.
+        // The shear of the last round saves steps. If the solve from the last shear fails, a solve from the default
+        // start may still converge.
         Err(ContactError::NotConverged { .. }) if start.is_some() => {
             tangential::solve(half_space, step, None, options)?
         }

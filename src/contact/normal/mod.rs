@@ -3,13 +3,15 @@
 //! Find the pressure p and the rigid motion of the bodies, an approach δ and a rotation θ, with the gap g = (K + D) p −
 //! h − δ − θ_x y + θ_y x, such that every kept cell is in one of three states [A eq. 4.3]:
 //!
-//! - open: p = 0 and g ≥ 0; elastic: 0 < p < p_max and g = 0; capped: p = p_max and g ≤ 0.
+//! - An open cell has p = 0 and g ≥ 0.
+//! - An elastic cell has 0 < p < p_max and g = 0.
+//! - A capped cell has p = p_max and g ≤ 0.
 //!
 //! Either δ is given or Σ p dA = N. Either θ is given or Σ p y dA = M_x and −Σ p x dA = M_y. Alternatively the bodies
-//! are free to move along given motions (δ, θ), each with its own resultant Σ p (δ + θ_x y − θ_y x) dA. K is the
-//! compliance of the half spaces, D an optional diagonal compliance (that of the implicit wear step), and h are the
-//! heights; x and y are measured from the grid's centre. The solution minimises ½ pᵀ(K + D)p − (h + given motions)ᵀp
-//! over the admissible pressures. The solver uses projected conjugate gradients.
+//! can move along prescribed motions (δ, θ). Each motion has a prescribed resultant Σ p (δ + θ_x y − θ_y x) dA. K is
+//! the compliance of the half spaces, and h are the heights. D is an optional diagonal compliance, which the implicit
+//! wear step uses. x and y are measured from the grid's centre. The solution minimises ½ pᵀ(K + D)p − (h + given
+//! motions)ᵀp over the admissible pressures. The solver uses projected conjugate gradients.
 
 mod projection;
 mod rigid;
@@ -26,7 +28,8 @@ use solver::Solver;
 pub struct NormalProblem<'a> {
     /// Grid, and the cells that belong to the joint.
     pub patch: &'a Patch,
-    /// Composite height, positive towards the other body \[m\]. The solver reads the height of kept cells only.
+    /// Composite height: sum of the heights of both surfaces, each positive towards the other body \[m\]. The solver
+    /// reads the height of kept cells only.
     pub height: &'a [f64],
     /// Diagonal compliance D, added to that of the half spaces, ≥ 0 \[m/Pa\].
     pub compliance: Option<&'a [f64]>,
@@ -58,8 +61,8 @@ pub struct Freedom {
 }
 
 impl Freedom {
-    /// Adds a motion, an approach δ \[m\] with rotations θ_x and θ_y \[rad\], and its resultant Σ p (δ + θ_x y − θ_y x)
-    /// dA \[N m\].
+    /// Adds a motion and the resultant of the motion. The motion is an approach δ \[m\] with rotations θ_x and θ_y
+    /// \[rad\]. The resultant is Σ p (δ + θ_x y − θ_y x) dA \[N m\].
     ///
     /// # Panics
     /// Panics on a fourth motion.
@@ -152,14 +155,14 @@ pub struct NormalSolution {
     pub error: f64,
 }
 
-/// Multiple of the tolerance up to which the pressure or gap of a single cell may be wrong, in the measure of
+/// Largest error of the pressure or the gap of a single cell, divided by the tolerance. The error is measured as in
 /// [`NormalSolution::error`].
 const UNDECIDED_FACTOR: f64 = 10.0;
 
 impl NormalSolution {
-    /// Counts the cells of `patch` for which a solve to `tolerance` cannot tell whether they touch: their pressure or
-    /// gap is within ten times the tolerance. Typically these cells have worn until they bear no load. In a linearised
-    /// stiffness they count like any other cell.
+    /// Counts the undecided cells of `patch`. A solve to `tolerance` cannot decide whether an undecided cell touches.
+    /// The pressure or the gap of an undecided cell is within ten times the tolerance. Undecided cells have typically
+    /// worn until the cells bear no load. A linearised stiffness counts an undecided cell like any other cell.
     pub fn undecided_count(&self, patch: &Patch, self_compliance: f64, tolerance: f64) -> usize {
         let peak = self.pressure.iter().fold(0.0f64, |m, p| m.max(*p));
         let pressure = UNDECIDED_FACTOR * tolerance * peak;

@@ -1,36 +1,37 @@
-//! Projection of a pressure onto the admissible pressures with given resultants.
+//! Projection of a pressure onto the admissible pressures that have the prescribed resultants.
 //!
-//! The minimum of ½|p − t|² over 0 ≤ p ≤ p_max with given Σp, Σp y, −Σp x is p = clip(t + s) with a rigid motion s. If
-//! only the load is given, Σp grows with s, and Newton's method within a bracket finds s. If moments are given, s
-//! minimises a convex, piecewise quadratic function of three unknowns. The gradient of the function is the excess of
-//! the resultants. Newton's method with a line search finds the minimum of the function.
+//! The projection minimises ½|p − t|² over 0 ≤ p ≤ p_max with prescribed Σp, Σp y and −Σp x. A rigid motion s gives the
+//! minimum p = clip(t + s). If only the load is given, Σp grows with s, and Newton's method within a bracket finds s.
+//! If moments are given, s minimises a convex, piecewise quadratic function of three unknowns. The gradient of the
+//! function is the excess of the resultants. Newton's method with a line search finds the minimum of the function.
 
 use super::rigid::{Motions, RigidMotions};
 use crate::contact::sums::{extremes, sums};
 
-/// Error of the resultants, relative to the load, at which they count as met: the rounding of a sum over the cells.
+/// Largest error of the resultants that counts as zero, relative to the load. `ROUNDING` is the rounding error of a sum
+/// over the cells.
 const ROUNDING: f64 = 1e-14;
 
-/// Largest accepted error of the resultants, relative to the load, if rounding of the shift prevents a smaller one.
+/// Largest accepted error of the resultants, relative to the load, if rounding of the shift prevents a smaller error.
 const ROUNDED_TOLERANCE: f64 = 1e-11;
 
-/// Number of restarts of the search. A long trial step can need a shift so large that its rounding exceeds the
-/// pressures. The shifted pressures then contain that rounding, and the search restarts from them.
+/// Number of restarts of the search. A long trial step can need a shift so large that the rounding of the shift exceeds
+/// the pressures. The search restarts from the shifted pressures, which contain the rounding of the shift.
 const REFINEMENTS: usize = 3;
 
 /// Bound on Newton steps. The method ends on a piecewise quadratic function, unless no pressure reaches the target.
 const MAX_STEPS: usize = 200;
 
-/// Bound on trials along one Newton step. If few of many cells move, its length may be wrong by many orders of
-/// magnitude.
+/// Bound on trials along one Newton step. If few of many cells move, the length of the Newton step may be wrong by many
+/// orders of magnitude.
 const MAX_TRIALS: usize = 100;
 
 /// Fraction of the stiffness of all cells that is added if the moving cells do not determine the motions.
 const REGULARISATION: f64 = 1e-6;
 
-/// Moves pressures, one per cell of `cells`, to the nearest ones within [0, `cap`] with the resultants `target`.
-/// Returns false if no such pressures exist; the pressures have then moved as near to the target as their bounds
-/// permit.
+/// Replaces `pressure` by the nearest pressures within [0, `cap`] that have the resultants `target`. `pressure` has one
+/// value per cell of `cells`. Returns false if no pressures within [0, `cap`] have the resultants `target`. The
+/// pressures then come as near to `target` as [0, `cap`] permits.
 pub(super) fn project(
     motions: &RigidMotions,
     cells: &[usize],
@@ -64,7 +65,8 @@ pub(super) fn project(
     error <= ROUNDED_TOLERANCE * scale
 }
 
-/// Returns the scale of the resultants: that of the target, or the load of the pressures if the target has no load.
+/// Returns the scale of the resultants, which is the size of the target. If the target has no load, the scale is at
+/// least the load of the pressures.
 fn scale(motions: &RigidMotions, pressure: &[f64], cap: f64, target: &Motions) -> f64 {
     let [load] = sums(pressure, pressure, |p, _| [p.clamp(0.0, cap)]);
     let target_size = motions.distance(target, &[0.0; 3]);
@@ -75,8 +77,8 @@ fn scale(motions: &RigidMotions, pressure: &[f64], cap: f64, target: &Motions) -
     }
 }
 
-/// Finds the rigid motion that brings the clipped pressures nearest to their resultants. Returns it with the remaining
-/// error.
+/// Finds the rigid motion that brings the clipped pressures nearest to the required resultants. Returns the rigid
+/// motion and the remaining error of the resultants.
 fn rigid_shift(
     motions: &RigidMotions,
     cells: &[usize],
@@ -127,8 +129,8 @@ fn rigid_shift(
     best
 }
 
-/// Follows a step to where the slope of the function, which grows along the step, has halved. Returns `None` if
-/// rounding prevents this.
+/// Searches along `step` until the slope of the function is at most half of the first slope, in magnitude. The slope
+/// increases along `step`. Returns `None` if rounding prevents the line search from halving the slope.
 fn line_search(
     shift: Motions,
     step: Motions,
@@ -164,8 +166,8 @@ fn line_search(
     None
 }
 
-/// Finds the uniform shift with which the clipped pressures come nearest to the sum `target`. Returns it with the
-/// remaining error.
+/// Finds the uniform shift with which the clipped pressures come nearest to the sum `target`. Returns the shift and the
+/// remaining error of the sum.
 fn uniform_shift(pressure: &[f64], cap: f64, target: f64) -> (f64, f64) {
     let (least, most) = extremes(pressure);
     let (mut low, mut high) = (-most, cap.min(target) - least);

@@ -1,9 +1,9 @@
-//! Unknown rigid motions of a normal contact, each in exchange for a given resultant of the pressure.
+//! Unknown rigid motions of a normal contact. Each unknown motion has a prescribed resultant of the pressure.
 //!
-//! A motion consists of an approach δ and two rotations θ. The motion brings a cell closer by δ + θ_x y − θ_y x. The
-//! resultant of a motion is the sum of the pressure times this displacement. If the load is given, the approach is
-//! unknown. If the moments are given, both rotations of the bodies are unknown. Bodies of a structure may be free to
-//! move along any motions.
+//! A motion consists of an approach δ and two rotations θ. The motion brings a cell closer by δ + θ_x y − θ_y x. A unit
+//! amount of a motion displaces each cell. The resultant of the motion is the sum of pressure times displacement over
+//! the cells. If the load is given, the approach is unknown. If the moments are given, both rotations of the bodies are
+//! unknown. Bodies of a structure may be free to move along any motions.
 
 use crate::contact::sums::sum;
 use crate::grid::Grid;
@@ -11,7 +11,8 @@ use crate::grid::Grid;
 /// Coefficients or resultants of up to three motions; 0 for a motion that a problem does not have.
 pub(super) type Motions = [f64; 3];
 
-/// A pivot below this fraction of its diagonal is rounding: the cells do not determine the motions.
+/// Smallest ratio of a pivot to the diagonal of the matrix. A smaller pivot is rounding, and the cells do not determine
+/// the motions.
 const SINGULAR: f64 = 1e-12;
 
 /// Returns the fields 1, y and −x at a cell.
@@ -103,8 +104,8 @@ impl RigidMotions {
     pub(super) fn resultants(&self, cells: &[usize], values: &[f64]) -> Motions {
         let mut sums = [0.0; 3];
         if self.rotates {
-            // Moments cancel, and many equal pressures round to the same side in each addition. The sums therefore
-            // include the rounding errors of the additions [Neumaier 1974].
+            // Moments cancel, and many equal pressures round to the same side in each addition. To correct the
+            // rounding, add the rounding errors of the additions to the sums [Neumaier 1974].
             let mut rounding_errors = [0.0; 3];
             for (&c, value) in cells.iter().zip(values) {
                 let fields = self.fields(c);
@@ -127,7 +128,7 @@ impl RigidMotions {
     }
 
     /// Returns the motions whose displacement has the given resultants on some cells. Returns `None` if the cells do
-    /// not determine them: no cells, or all in a line.
+    /// not determine the motions: no cells, or all cells in a line.
     pub(super) fn with_resultants(&self, cells: &[usize], resultants: Motions) -> Option<Motions> {
         if self.is_empty() {
             return None;

@@ -1,10 +1,10 @@
 //! Rigid motion where the elastic cells do not determine it.
 //!
-//! With one elastic cell, or with elastic cells in a line, the cells do not resist every rotation of the bodies. Such a
-//! contact is solved if some rigid motion gives every open cell a gap. The module `settle` minimises the sum of the
-//! squares of all violations, a convex, piecewise quadratic function, by Newton's method. Newton's method shortens each
-//! step until the sum of the squares decreases. The remaining violations are a descending pressure step without
-//! resultants.
+//! With one elastic cell, or with elastic cells in a line, the cells do not resist every rotation of the bodies.
+//! Without resistance to a rotation, a contact is solved if some rigid motion gives every open cell a gap. The module
+//! `settle` minimises the sum of the squares of all violations by Newton's method. The sum of the squares is a convex,
+//! piecewise quadratic function. Newton's method shortens each step until the sum of the squares decreases. The
+//! remaining violations are a descending pressure step without resultants.
 
 use super::rigid::{Motions, RigidMotions};
 

@@ -10,7 +10,7 @@ use crate::grid::ByAxis;
 /// Bound on the convergence rate in the estimate of the energy that further iterations would add.
 const MAX_RATE: f64 = 0.9;
 
-/// The solve stops if the energy of the preconditioned residual is below this fraction of the allowed energy error.
+/// Largest energy of the preconditioned residual at which the solve stops, as a fraction of the allowed energy error.
 const NEGLIGIBLE_ENERGY: f64 = 1e-3;
 
 /// Bound on conjugate gradient iterations. A contact set of any shape takes a few dozen.
@@ -35,8 +35,8 @@ impl Shear {
     }
 }
 
-/// Creates the far-field correction for a traction. The correction neglects the small contribution of the other
-/// tractions.
+/// Creates the far-field correction for a traction. The correction neglects the small displacement from tractions of
+/// the other directions.
 fn far_field(half_space: &HalfSpace, traction: Traction) -> FarFieldCorrection {
     let pair = half_space.pair();
     let (a, b) = (pair.compliance(), pair.lateral_compliance());
@@ -50,9 +50,10 @@ fn far_field(half_space: &HalfSpace, traction: Traction) -> FarFieldCorrection {
 /// Solves K x = `motion` by preconditioned conjugate gradients. `motion` takes an axis and a cell; each of the `fields`
 /// lives on its own set of cells. The iteration begins with the best multiple of `start`, a shear along x.
 ///
-/// In each iteration the energy xᵀ K x grows towards the energy of the solution. The increments fall like a geometric
-/// series, and the rest of this series estimates the error. The residual is a poor estimate: on scattered cells, a
-/// small residual may belong to soft, far-reaching motions [Hestenes and Stiefel 1952; Strakoš and Tichý 2002].
+/// In each iteration the energy xᵀ K x grows towards the energy of the solution. The increments of the energy fall like
+/// a geometric series. The remainder of the geometric series estimates the error of the energy. The residual estimates
+/// the error of the energy poorly. On scattered cells, soft and far-reaching motions have a small residual but a large
+/// error [Hestenes and Stiefel 1952; Strakoš and Tichý 2002].
 #[allow(clippy::too_many_arguments)]
 pub(super) fn linearise(
     half_space: &mut HalfSpace,
@@ -177,7 +178,7 @@ pub(super) fn linearise(
             });
         }
         if new_product <= 0.0 && !coarse.is_empty() {
-            // The correction is not positive on these cells: continue without it.
+            // The far-field correction is not positive on the given cells, so continue without the correction.
             coarse.clear();
             product = f64::INFINITY;
             continue;

@@ -4,9 +4,9 @@
 //! pressure, so they count in kt but not in kn.
 //!
 //! [`normal`] and [`tangential`] use the diagonal blocks of K: kn where the surfaces slide freely, kt at given
-//! pressures. [`coupled`] uses the whole K, for bodies that differ elastically and cells that stick. With the whole K,
-//! a normal motion causes shear and a tangential motion causes pressure. The normal and the tangential stiffness
-//! increase by a fraction of order β².
+//! pressures. [`coupled`] uses the whole K, for bodies with different elastic constants. [`coupled`] assumes that all
+//! cells stick. With the whole K, a normal motion causes shear and a tangential motion causes pressure. The normal and
+//! the tangential stiffness increase by a fraction of order β².
 //!
 //! ```
 //! use fretwear::contact::{Boundary, Elastic, HalfSpace, Pair, stiffness};
@@ -48,19 +48,20 @@ pub const TOLERANCE: f64 = 2e-4;
 /// 1e-6.
 pub const FIGURE_TOLERANCE: f64 = 1e-3;
 
-/// Tolerance of the tractions for a stiffness that is only compared with another. The error of such a stiffness is
-/// about 1e-4.
+/// Tolerance of the tractions for a stiffness that serves only for comparison with another stiffness. The relative
+/// error of the stiffness is about 1e-4, the square of the tolerance.
 pub const COMPARISON_TOLERANCE: f64 = 1e-2;
 
 /// Tolerance of the tractions where the densities of single cells are used. The relative error of the densities is
-/// about this tolerance.
+/// about the tolerance of the tractions.
 const LOCAL_TOLERANCE: f64 = 3e-6;
 
-/// Tolerance of the tractions where several motions are combined. The resultants of each motion are accurate to the
-/// square of this tolerance, and the differences of resultants lose some digits.
+/// Tolerance of the tractions where several motions are combined. The relative error of each motion's resultants is the
+/// square of the tolerance. Differences of resultants lose some digits.
 const COMBINED_MOTIONS_TOLERANCE: f64 = 1e-4;
 
-/// A stiffness against rotation below this fraction of the sum of its terms is rounding: the cells do not resist.
+/// Smallest rotational stiffness, as a fraction of the sum of the stiffness's terms. A smaller stiffness is rounding,
+/// and the cells do not resist the rotation.
 const SINGULAR: f64 = 1e-6;
 
 /// Fraction of cells in contact from which a periodic contact is nearly rigid. The pressures of kn are then almost
@@ -116,7 +117,7 @@ pub fn elastic_cells(pressure: &[f64], pressure_cap: Option<f64>) -> Vec<bool> {
     pressure.iter().map(|&p| p > 0.0 && p < cap).collect()
 }
 
-/// Computes kn = 1ᵀ K_CC⁻¹ 1 dA over the cells of `set`, for bodies that do not rotate.
+/// Computes the normal stiffness kn = 1ᵀ K_CC⁻¹ 1 dA of bodies that do not rotate. C is the set of cells in `set`.
 pub fn normal(half_space: &mut HalfSpace, set: &[bool]) -> Result<Stiffness, ContactError> {
     normal_to(half_space, set, TOLERANCE)
 }
@@ -136,7 +137,8 @@ pub fn local_normal(half_space: &mut HalfSpace, set: &[bool]) -> Result<Stiffnes
     Ok(normal_to(half_space, set, LOCAL_TOLERANCE)?.of_density(half_space.grid().cell_area()))
 }
 
-/// Computes kn over the cells of `set` for bodies that may rotate: dN/dδ at constant moments about the grid's centre.
+/// Computes the normal stiffness kn = dN/dδ of bodies that can rotate, over the cells of `set`. The moments about the
+/// grid's centre stay constant.
 ///
 /// The matrix S contains the resultants of the pressures under a unit approach and unit rotations. The result is
 /// 1/(S⁻¹)₀₀. A rotation that the cells do not resist stays zero.
@@ -174,8 +176,8 @@ fn condense(
         };
         density.iter().enumerate().map(on_axis).sum()
     };
-    // The resultant of one motion's tractions along the other motion, plus the work of the other's tractions on the
-    // residual of the first. The sum is accurate, and symmetric, to second order.
+    // Compute the resultant of motion a's tractions along motion b. Add the work of motion b's tractions on the
+    // residual of motion a. The sum is accurate, and symmetric, to second order.
     let count = moved.len();
     let resultant = |a: usize, b: usize| {
         sum(&moved[a].density, &|axis, c, q| q * field(b, axis, c))
@@ -307,8 +309,9 @@ pub enum Direction {
 }
 
 /// Computes kn or kt of the whole K. The elastic cells `pressed` keep their gap closed, and the cells `stuck` do not
-/// slip. A cell of only one set keeps the traction of the other kind. The densities are the pressure, then the shear
-/// along each axis. The solve stops at `tolerance`, a relative error of the tractions.
+/// slip. The pressure changes only on the cells `pressed`, and the shear changes only on the cells `stuck`. The
+/// densities are the pressure, then the shear along each axis. The solve stops at `tolerance`, a relative error of the
+/// tractions.
 pub fn coupled(
     half_space: &mut HalfSpace,
     direction: Direction,

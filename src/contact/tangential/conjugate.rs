@@ -1,9 +1,10 @@
 //! Projected conjugate gradient steps, with which a solve begins.
 //!
-//! The search direction remains conjugate while cells begin and cease to slip (β of Hestenes and Stiefel, from the true
-//! change of the slip). A trial step is projected into the discs and onto the resultants. The chord to the projected
-//! point is followed to its minimum, at one convolution per step. While no cell changes its state, this is the
-//! conjugate gradient method.
+//! The solver computes β of Hestenes and Stiefel from the true change of the slip. With β of Hestenes and Stiefel, the
+//! search direction remains conjugate while cells begin and cease to slip. A trial step is projected into the discs and
+//! onto the resultants. The shear changes along the chord to the projected point, up to the minimum of F on the chord.
+//! Each step costs one convolution. While no cell begins or ceases to slip, the steps are the steps of the conjugate
+//! gradient method.
 
 use super::direction::FreeDirections;
 use super::newton::Solver;
@@ -13,9 +14,9 @@ use super::vector::{dot, plus, scaled};
 /// Bounds on the length of a trial step, whose natural length is one.
 const LENGTHS: (f64, f64) = (0.05, 4.0);
 
-/// Fraction of sticking cells below which, where the shear has two components, Newton steps follow. The directions of
-/// sliding shears are angles. A few Newton steps find these angles exactly; conjugate gradients on chords of the
-/// circles do not.
+/// Smallest fraction of sticking cells for conjugate gradient steps on a shear with two components. If fewer cells
+/// stick, the solver takes Newton steps. The directions of sliding shears are angles. A few Newton steps find the
+/// angles of sliding shears exactly. Conjugate gradients on chords of the circles do not find the angles.
 const LEAST_STICKING_FRACTION: f64 = 0.02;
 
 /// Number of trials along one direction, each a quarter as long as the one before. The plain direction follows.
@@ -107,8 +108,8 @@ impl<const A: usize> Solver<'_, '_, A> {
         !is_first && self.conjugate_step()
     }
 
-    /// Follows the chord `step` to its minimum, or to the point where a shear on it meets its limit. Returns false if
-    /// the chord does not descend.
+    /// Changes the shear along the chord `step`, up to the minimum of F on the chord. If a shear meets the friction
+    /// limit on the chord, the function stops at the friction limit. Returns false if the chord does not descend.
     fn minimise_on_chord(&mut self, length: f64) -> bool {
         let along = |slip: &[_], step: &[_]| -> f64 {
             slip.iter().zip(step).map(|(s, d)| dot::<A>(*s, *d)).sum()

@@ -4,7 +4,7 @@ use super::newton::{Gap, ON_CIRCLE, Solver};
 use super::resultants::{MOTIONS, Motions, solve_small};
 use super::vector::{Vector, dot, norm, plus, quarter_turn, scaled};
 
-/// How far the slip is assumed to drive such a shear, as a fraction of the step of a cell alone.
+/// Assumed change of a shear near the circle |q| = µp due to the slip, divided by the step of a single cell.
 const NEAR_STEP: f64 = 0.2;
 
 /// Relative residual at which an inner solve stops, divided by the root of the error, and its bounds.
@@ -22,8 +22,8 @@ pub(super) enum FreeDirections<const A: usize> {
 }
 
 impl<const A: usize> Solver<'_, '_, A> {
-    /// Determines the free directions of each contact cell. Counts the cells that have changed and the cells that
-    /// stick.
+    /// Determines the free directions of each contact cell. Returns the number of cells that have changed between stick
+    /// and slip, and the number of cells that stick.
     pub(super) fn set_free(&mut self) -> (usize, usize) {
         let (mut changed, mut sticking) = (0, 0);
         let push = NEAR_STEP / self.lambda;

@@ -6,23 +6,26 @@
 //!
 //! s = Δδ + Δθ ẑ×r + g − K(q − q₀)
 //!
-//! satisfies, on every cell, |q| ≤ µp, and q = µp s/|s| wherever s ≠ 0; g is an optional given field. The shear q
-//! points along the slip of the moved body, so that q·s ≥ 0 is dissipated. The solution minimises the convex function
+//! satisfies two conditions on every cell: |q| ≤ µp, and q = µp s/|s| if s ≠ 0. g is an optional field of offsets. The
+//! shear q points along the slip of the moved body, so that q·s ≥ 0 is dissipated. The solution minimises the convex
+//! function
 //!
 //! F(q) = ½ (q − q₀)ᵀK(q − q₀) − (Δδ + Δθ ẑ×r + g)ᵀ(q − q₀) over the discs |q| ≤ µp,
 //!
-//! If a force or a moment is given instead, the minimum is over the shears in the discs with this resultant; the
-//! displacement is the Lagrange multiplier of the resultant. The unknowns are both components of q on stick cells and
-//! its *angle* on slip cells, in the subspace of constant resultants. A step is projected into the discs (and onto the
-//! resultants). If the projected step does not lower F enough, the step is shortened to the minimum of F on the chord.
-//! The set of admissible shears is convex, so the chord stays inside the set. The solver begins with projected
-//! conjugate gradient steps, which cost one convolution each. The solver changes to a semi-smooth Newton method if the
-//! conjugate gradient steps stagnate, or if nearly all cells slide in the plane. The solver takes projected gradient
-//! steps, along which F always falls, if the chord does not descend or the Newton steps stagnate.
+//! For a prescribed force or moment, the minimum is over the shears in the discs that have the prescribed resultant.
+//! The displacement is the Lagrange multiplier of the resultant. On a stick cell, both components of q are unknown. On
+//! a slip cell, the *angle* of q is unknown. The unknowns change only in the subspace of constant resultants. The
+//! solver projects a step into the discs, and onto the prescribed resultants. If the projected step does not lower F
+//! enough, the solver shortens the step to the minimum of F on the chord. The set of admissible shears is convex, so
+//! the chord stays inside the set. The solver begins with projected conjugate gradient steps, which cost one
+//! convolution each. If the conjugate gradient steps stagnate, the solver changes to a semi-smooth Newton method. If
+//! the shear has two components and nearly all cells slide, the solver changes to the semi-smooth Newton method without
+//! waiting for stagnation. If the chord does not descend or the Newton steps stagnate, the solver takes projected
+//! gradient steps. F always decreases along a projected gradient step.
 //!
-//! The certificate is the relative duality gap Σ(µp|s| − q·s)/Σ µp|s|. The gap bounds the error of F and of the
-//! dissipation; a small change of q or of the force gives no such bound. The gap uses a slip that is computed anew from
-//! the returned shear.
+//! The certificate is the relative duality gap Σ(µp|s| − q·s)/Σ µp|s|. The duality gap bounds the error of F and of the
+//! dissipation. A small change of q or of the force would not bound the two errors. The duality gap uses a slip that is
+//! computed anew from the returned shear.
 //!
 //! ```
 //! use fretwear::contact::normal::{self, NormalOptions, NormalProblem};
@@ -80,10 +83,10 @@ use resultants::{MOTIONS, Motions, Resultants};
 /// Control of a rigid motion in a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Drive {
-    /// Given increment in this step: Δδ \[m\] along an axis, or Δθ \[rad\] of the rotation.
+    /// Prescribed increment during the step: Δδ \[m\] along an axis, or the rotation Δθ \[rad\].
     Displacement(f64),
-    /// Given resultant at the end of the step: the total tangential force \[N\] along an axis, or the total moment Mz
-    /// about the grid's centre \[N·m\] of the rotation.
+    /// Prescribed resultant at the end of the step. The resultant is the total tangential force \[N\] along an axis, or
+    /// the total moment Mz \[N·m\] about the grid's centre.
     Force(f64),
 }
 
@@ -117,19 +120,21 @@ pub struct TangentialOptions {
     pub max_iterations: usize,
     /// Fraction of the cells that must change between stick and slip before the preconditioner's correction is reset.
     pub max_changed_fraction: f64,
-    /// Fraction of the predicted length that is tried where the shear has two components. Slip cells lie on the circle at
-    /// the end of a chord and inside it in between, so a short trial is better than a long one.
+    /// Length of a trial step divided by the predicted length, for a shear with two components. The shear of a slip
+    /// cell lies on the circle |q| = µp at both ends of a chord, and inside the circle between the ends. A short chord
+    /// is closer to the circle, so a short trial is better than a long trial.
     pub chord_fraction: f64,
-    /// Relative distance from the limit within which a shear may count as slipping in a Newton step, if the slip drives it
-    /// beyond the limit. With a width of zero, a shortened chord would leave the shear of all cells just inside the circle,
-    /// and the cells would stick again in the next step.
+    /// Largest relative distance from the friction limit at which a shear can slip in a Newton step. A shear within
+    /// `circle_width` of the friction limit slips if the slip drives the shear beyond the limit. After a shortened
+    /// chord, the shears of all slip cells lie just inside the circle |q| = µp. With a width of zero, all slip cells
+    /// would stick in the next step.
     pub circle_width: f64,
     /// Largest error of an inner solve on sticking cells, as a fraction of the tolerance of the tangential solve.
     pub inner_share: f64,
 }
 
 impl TangentialOptions {
-    /// Default options, also for constants.
+    /// Default options as a constant, so that other constants can include the default options.
     pub const DEFAULT: TangentialOptions = TangentialOptions {
         tolerance: 1e-4,
         max_steps: 400,
@@ -184,20 +189,20 @@ pub struct TangentialSolution {
     pub iterations: usize,
     /// Relative duality gap. The dissipation by the remaining slip of stick cells counts as error.
     pub error: f64,
-    /// Bound on the error of the dissipation \[J\]: the duality gap, where the dissipation by the remaining slip of
+    /// Bound on the error of the dissipation \[J\], equal to the duality gap. The dissipation by the remaining slip of
     /// stick cells counts as error.
     pub dissipation_error: f64,
-    /// Largest difference between a given and a computed force, as a fraction of Σ µp dA. A moment is divided by half
-    /// the grid's diagonal. The error of the force is 0 if no force is given.
+    /// Largest difference between a prescribed and a computed force, divided by Σ µp dA. A moment is first divided by
+    /// half the grid's diagonal. Without a prescribed force or moment, the error is 0.
     pub force_error: f64,
 }
 
 /// Solves one step. `start` is an initial guess of the shear and affects speed only.
 ///
 /// # Errors
-/// Returns [`ContactError::FrictionExceeded`] for a force or moment that friction does not carry,
-/// [`ContactError::NotConverged`], and [`ContactError::Length`], [`ContactError::NotFinite`] or
-/// [`ContactError::OutOfRange`] for invalid input.
+/// Returns [`ContactError::FrictionExceeded`] if friction does not carry a prescribed force or moment. Returns
+/// [`ContactError::NotConverged`] if the solver does not converge. Returns [`ContactError::Length`],
+/// [`ContactError::NotFinite`] or [`ContactError::OutOfRange`] if the input is invalid.
 pub fn solve(
     half_space: &mut HalfSpace,
     problem: &TangentialProblem,
@@ -211,9 +216,9 @@ pub fn solve(
     }
 }
 
-/// Evaluates a given shear as if it were the solution. `evaluate` clips the shear to the limits, moves it to the given
-/// forces and computes its slip. [`TangentialSolution::error`] is the relative duality gap of this shear. An evaluation
-/// costs one convolution.
+/// Evaluates a given shear as if it were the solution. `evaluate` clips the shear to the limits, moves the shear to the
+/// given forces and computes the slip of the shear. [`TangentialSolution::error`] is the relative duality gap of the
+/// evaluated shear. An evaluation costs one convolution.
 ///
 /// # Errors
 /// Returns the errors of [`solve`], except [`ContactError::NotConverged`].

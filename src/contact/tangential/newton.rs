@@ -8,22 +8,24 @@ use super::vector::{Vector, dot, into_disc, nearly_turn, norm, plus, scaled, tur
 use super::{TangentialOptions, TangentialProblem};
 use crate::contact::error::ContactError;
 
-/// Smallest dissipation by which the gap is divided, as a fraction of the dissipation of gross slip. Without it the
-/// relative gap would be meaningless if everything sticks.
+/// Smallest dissipation by which the gap is divided, as a fraction of the dissipation of gross slip. Without a smallest
+/// dissipation, the relative duality gap would be meaningless if every cell sticks.
 const DISSIPATION_FLOOR: f64 = 1e-4;
 
-/// Smallest motion in that floor, as a fraction of the displacement of a cell alone under its limit. A smaller motion
-/// changes the shear by less than its rounding.
+/// Smallest motion in the dissipation floor, as a fraction of the displacement of a cell alone under the friction
+/// limit. A smaller motion changes the shear by less than the rounding of the shear.
 const SMALLEST_MOTION: f64 = 1e-8;
 
-/// Rounding of shears and of their displacement, relative to the displacement of a cell alone under the largest shear.
-/// A smaller slip is meaningless.
+/// Rounding error of the slip, relative to the displacement of a cell under the largest shear on the cell alone. A slip
+/// below the rounding error is meaningless.
 const ROUNDING: f64 = 32.0 * f64::EPSILON;
 
-/// Relative distance from the limit within which a shear counts as on its circle: rounding of a projection onto it.
+/// Largest relative distance from the circle |q| = µp at which a shear counts as on the circle. `ON_CIRCLE` is the
+/// rounding error of a projection onto the circle.
 pub(super) const ON_CIRCLE: f64 = 1e-12;
 
-/// If the line search shortens a Newton step to less than this fraction, gradient steps follow.
+/// Smallest fraction of a Newton step after which Newton steps continue. If the line search shortens a Newton step
+/// further, the solver takes gradient steps.
 const SHORT_STEP: f64 = 0.2;
 
 /// Largest rotation of the shear on a slip cell in one Newton step \[rad\].
@@ -35,7 +37,8 @@ const SUFFICIENT_DECREASE: f64 = 1e-4;
 /// Newton steps without a halved error before gradient steps follow.
 const NEWTON_PATIENCE: usize = 6;
 
-/// Iterations up to which an updated slip is trusted as that of the shear. Each iteration adds rounding.
+/// Largest number of iterations that update the slip before the solver computes the slip from the shear again. Each
+/// update adds a rounding error to the slip.
 const TRUSTED_ITERATIONS: usize = 50;
 
 /// Conjugate gradient steps without a halved error before Newton steps follow.
@@ -60,7 +63,7 @@ pub(super) struct Solver<'a, 'h, const A: usize> {
     pub(super) problem: &'a TangentialProblem<'a>,
     pub(super) options: TangentialOptions,
     pub(super) resultants: Resultants<A>,
-    /// Amounts of the rigid motions in this step, given or computed so far \[m\].
+    /// Amounts of the rigid motions during the load step, given or computed so far \[m\].
     pub(super) displacement: Motions,
     pub(super) offset: Option<Vec<Vector<A>>>,
     pub(super) limit: Vec<f64>,
@@ -378,9 +381,9 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
         }
     }
 
-    /// Turns the direction in `step` into a step to a point inside the discs with the required resultants. Slip cells
-    /// rotate their shear. The shear of a stick cell that leaves the disc |q| ≤ µp stops on the circle |q| = µp.
-    /// Returns false if no such step exists.
+    /// Turns the direction in `step` into a step to a point inside the discs with the required resultants. The shear of
+    /// a slip cell rotates. The shear of a stick cell that leaves the disc |q| ≤ µp stops on the circle |q| = µp.
+    /// Returns false if no point inside the discs has the required resultants.
     pub(super) fn turn_and_project(&mut self) -> bool {
         let balanced = !self.resultants.required.is_empty();
         let cells = self.shear.iter().zip(&self.limit).zip(&self.freedom);
@@ -410,7 +413,8 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
         if !balanced {
             return true;
         }
-        // The slip keeps a slip cell on its circle, so move its target outwards by as much before the balance.
+        // The slip of a slip cell resists a change of the shear along the circle |q| = µp. The factor 1 + compliance/λ
+        // on the target shear of a slip cell includes the resistance of the slip in the balance.
         for cell in 0..self.step.len() {
             let outward = match self.freedom[cell] {
                 FreeDirections::Slip { compliance, .. } => 1.0 + compliance / self.lambda,
@@ -469,8 +473,8 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
         self.turn_and_project() && self.advance(&[0.0; MOTIONS]).is_some()
     }
 
-    /// Adds `part` of the step to the shear, and `part` of its displacement `image` to the slip and to the operator's
-    /// field.
+    /// Adds the fraction `part` of the step to the shear. `image` is the displacement of the step. The fraction `part`
+    /// of `image` changes the slip and the operator's field.
     pub(super) fn take_part(&mut self, part: f64) {
         for (q, step) in self.shear.iter_mut().zip(&self.step) {
             *q = plus(*q, part, *step);
@@ -481,8 +485,8 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
         self.operator.add(part);
     }
 
-    /// Takes the step, or the part of it that minimises F on the chord. Returns that part, or `None` if F does not
-    /// fall.
+    /// Takes the whole step, or the part of the step that minimises F on the chord. Returns the part of the step, or
+    /// `None` if F does not decrease.
     fn advance(&mut self, shift: &Motions) -> Option<f64> {
         self.operator.compliance(&self.step, &mut self.image);
         let (mut descent, mut curvature) = (0.0, 0.0);
@@ -493,7 +497,8 @@ impl<'a, 'h, const A: usize> Solver<'a, 'h, A> {
         if descent <= 0.0 {
             return None;
         }
-        // A curvature that is not positive is a rounded zero, of a periodic contact that moves as a whole.
+        // If a periodic contact moves as a whole, the exact curvature is zero. With rounding, the computed curvature
+        // can be negative.
         let takes_full_step =
             curvature <= 0.0 || descent - 0.5 * curvature >= SUFFICIENT_DECREASE * descent;
         let part = if takes_full_step {

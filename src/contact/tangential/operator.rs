@@ -81,7 +81,7 @@ impl<'h, const A: usize> Operator<'h, A> {
     }
 
     /// Computes `target` = K (`shear` − `previous`). The previous shear may lie on any cell. [`Operator::into_field`]
-    /// returns this displacement on every cell, with what was added since.
+    /// returns the displacement on every cell, including later additions to the displacement.
     pub(super) fn displacement(
         &mut self,
         shear: &[Vector<A>],

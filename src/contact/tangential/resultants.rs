@@ -1,15 +1,15 @@
-//! Rigid motions with a given force or moment, and the projection of a shear onto shears with these resultants.
+//! Rigid motions with a given force or moment, and the projection of a shear onto shears with the given resultants.
 
 use super::vector::{Vector, dot, norm, plus, scaled};
 
 /// Number of rigid motions in a plane: x, y and the rotation.
 pub(super) const MOTIONS: usize = 3;
 
-/// Error of the sums of shear, relative to the largest sum, at which they count as equal: rounding of some ten thousand
-/// terms.
+/// Largest difference between two sums of shear that count as equal, divided by the largest sum. `BALANCED` is the
+/// rounding error of a sum of about ten thousand terms.
 const BALANCED: f64 = 1e-13;
 
-/// Error of the sums, relative to the largest sum, above which friction does not carry the given resultants.
+/// Error of the sums, relative to the largest sum, above which friction does not carry the prescribed resultants.
 const BALANCE_TOLERANCE: f64 = 1e-10;
 
 /// Bound on the Newton steps of a balance. A dozen is already many.
@@ -122,13 +122,13 @@ impl<const A: usize> Resultants<A> {
         lack.iter().fold(0.0f64, |m, l| m.max(l.abs())) / largest
     }
 
-    /// Finds the amounts c such that the shears `target` + Σ c r, clipped to their discs, have the required sums. The
-    /// amounts c turn the projection into the discs into a projection onto shears with the required sums. Returns
-    /// `None` if friction does not carry the sums.
+    /// Finds the amounts c of the rigid motions r. The shears `target` + Σ c r, clipped to the discs, must have the
+    /// required sums. The amounts c turn the projection into the discs into a projection onto shears with the required
+    /// sums. Returns `None` if friction does not carry the sums.
     ///
     /// c minimises a convex function whose gradient is the excess of the sums. Newton's method with a line search finds
-    /// the minimum. If the targets are far beyond the limits, the function has edges instead of curves. The search then
-    /// approaches the minimum through larger limits, with equally enlarged sums.
+    /// the minimum. If the targets are far beyond the limits, the slope of the convex function changes in jumps. For
+    /// such targets, the search approaches the minimum through larger limits, with equally enlarged sums.
     pub(super) fn balance(&self, target: &[Vector<A>], limit: &[f64]) -> Option<Motions> {
         if self.required.is_empty() {
             return Some([0.0; MOTIONS]);
@@ -152,8 +152,8 @@ impl<const A: usize> Resultants<A> {
         }
     }
 
-    /// Finds the minimum for limits and sums times `factor`, starting from `amounts`. Returns it with the error of its
-    /// sums.
+    /// Finds the minimum for limits and sums times `factor`, starting from `amounts`. Returns the minimum and the error
+    /// of the sums at the minimum.
     fn minimise(
         &self,
         mut amounts: Motions,
@@ -196,8 +196,8 @@ impl<const A: usize> Resultants<A> {
     }
 
     /// Follows `step` until the convex function of [`Self::balance`] hardly decreases. If the targets are far beyond
-    /// the limits, the slope of the function is a staircase, so the search brackets the point and then bisects. Returns
-    /// `None` if rounding ends the search.
+    /// the limits, the slope of the function changes in jumps. Because of the jumps, the search first brackets the
+    /// minimum, and then bisects the bracket. Returns `None` if rounding ends the search.
     fn line_search(
         &self,
         start: Motions,
@@ -244,8 +244,9 @@ impl<const A: usize> Resultants<A> {
         let along = self.along_axes(amounts);
         let mut sums = [0.0; MOTIONS];
         let mut slope = [[0.0; MOTIONS]; MOTIONS];
-        // A shear inside its disc moves with the target. A shear on its circle moves only along the circle, by `factor`
-        // times the part of the motion orthogonal to `out`.
+        // If a target is inside the disc, the shear changes like the target. If a target is outside the disc, the
+        // clipped shear changes only along the circle. The change of the clipped shear is `factor` times the change of
+        // the target orthogonal to `out`.
         let mut inside = 0.0;
         for (cell, (target, limit)) in target.iter().zip(limit).enumerate() {
             let limit = limit_scale * limit;
@@ -295,8 +296,8 @@ impl<const A: usize> Resultants<A> {
         balance
     }
 
-    /// Returns the largest factor on the required sums that friction carries: the minimum of Σ µp |Σ u r| over Σ
-    /// u·required = 1, by reweighted least squares.
+    /// Returns the largest factor on the required sums at which friction still carries the sums. The factor is the
+    /// minimum of Σ µp |Σ u r| under the condition Σ u·required = 1. Reweighted least squares compute the minimum.
     pub(super) fn limit_factor(&self, limit: &[f64]) -> f64 {
         let mut required = [0.0; MOTIONS];
         for &(motion, sum) in &self.required {

@@ -49,7 +49,7 @@ pub(super) fn into_disc<const A: usize>(a: Vector<A>, limit: f64) -> Vector<A> {
 }
 
 /// Returns the change of a vector that rotates by 2 arctan(`angle`/2). The angle 2 arctan(`angle`/2) equals `angle` up
-/// to third order, and its rotation needs no sine or cosine.
+/// to third order, and a rotation by 2 arctan(`angle`/2) needs no sine or cosine.
 pub(super) fn nearly_turn<const A: usize>(a: Vector<A>, angle: f64) -> Vector<A> {
     if A == 1 {
         return [0.0; A];
@@ -60,14 +60,15 @@ pub(super) fn nearly_turn<const A: usize>(a: Vector<A>, angle: f64) -> Vector<A>
 }
 
 /// Returns the change of a vector that rotates by `angle`. The formula avoids differences of nearly equal numbers. With
-/// such differences, the rounding of the shear of sliding cells would exceed the last, small steps of the sticking
-/// cells.
+/// differences of nearly equal numbers, the rounding of sliding cells' shear would exceed the last, small steps of
+/// sticking cells.
 pub(super) fn turn<const A: usize>(a: Vector<A>, angle: f64) -> Vector<A> {
     let (sin, half) = (angle.sin(), (0.5 * angle).sin());
     plus(scaled(-2.0 * half * half, a), sin, quarter_turn(a))
 }
 
-/// Returns the change that takes `from`, on the circle |q| = `limit`, to the point of the circle in the direction `to`.
+/// Returns the difference between two points of a circle about the origin: the point in the direction `to` minus the
+/// point `from`.
 pub(super) fn turn_towards<const A: usize>(from: Vector<A>, to: Vector<A>) -> Vector<A> {
     let along = dot(from, to);
     if A == 1 {

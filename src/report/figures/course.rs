@@ -9,7 +9,7 @@ use super::super::quantity::{
 use super::super::{ReportError, error_bar_of, figure_with_bar, upper_bound};
 use super::{Figure, ReportedRun, ReportedRuns, dotted};
 
-/// Column of the summary that is drawn over the cycles.
+/// Column of the summary table, as a curve over the cycles.
 struct Course {
     column: &'static str,
     /// Name in a sentence and at an axis.
@@ -104,7 +104,8 @@ const PLANS: [Plan; 7] = [
 /// Ratio of the largest to the smallest value above which the ordinate is logarithmic.
 const SPREAD: f64 = 30.0;
 
-/// A column runs in if this part of its change occurs within the part [`EARLY`] of the cycles.
+/// Fraction of the total change of a column. The axis of cycles is logarithmic if the column changes by this fraction
+/// within the first fraction [`EARLY`] of the cycles.
 const BEGINNING: f64 = 0.1;
 /// See [`BEGINNING`].
 const EARLY: f64 = 0.05;
@@ -177,7 +178,8 @@ fn figure(
             early_names.join(" and ")
         ),
     };
-    // A reader would compare these resonances with the peak of the forced response.
+    // The caption states the phase resonances of the last states. A reader can then compare the phase resonances with
+    // the peaks of the forced responses.
     let state_resonances = match *id {
         "resonance" => state_resonances_sentence(study, &runs)?,
         _ => String::new(),
@@ -228,7 +230,8 @@ fn place_of_zero(study: &ReportedRuns, runs: &[&ReportedRun]) -> Option<f64> {
         .then(|| 10f64.powf((first / 2.0).log10().floor()))
 }
 
-/// Describes the phase resonances of the last states, computed with the contact elements of these states.
+/// Returns a sentence with the phase resonance of each run at its last state. The contact elements of the last state
+/// determine the resonance.
 fn state_resonances_sentence(
     study: &ReportedRuns,
     runs: &[&ReportedRun],

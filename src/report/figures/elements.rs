@@ -110,8 +110,8 @@ fn lattice(run: &ReportedRun, frame: &DataFrame) -> Option<Lattice> {
 impl Lattice {
     /// Assigns cells of the joint to elements.
     ///
-    /// An element at a node covers the part of the joint that is nearest to its node: half a cell of the mesh to each
-    /// side. The element covers nothing beyond an edge of the joint or in the hole.
+    /// An element at a node covers half a mesh cell on each side of the node. The element does not cover the hole or
+    /// the region outside the joint.
     fn new(array: &ContactArray, at_nodes: bool, places: &[[f64; 2]]) -> Lattice {
         let size = array.size;
         let parts = if at_nodes { 2 } else { 1 };

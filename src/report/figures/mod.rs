@@ -42,17 +42,18 @@ pub struct Figure {
     pub query: String,
 }
 
-/// Main figures, in this order: the response, the worn depth, the wear rate.
+/// First three main figures of the report, in order: the forced response, the wear map and the wear rate.
 const FIRST: [&str; 3] = ["forced-response", "wear-map", "wear-rate"];
-/// The fourth main figure is the first of these that exists.
+/// Candidates for the fourth main figure. The report shows the first candidate that exists.
 const FOURTH: [&str; 2] = ["resonance", "stiffness"];
 /// Number of main figures.
 pub const MAIN: usize = 4;
 
-/// Draws all figures that the runs have the physics for: the main figures, then the others in the order of the paper.
+/// Draws all figures for the physics of the runs. The main figures come first. The other figures follow in the order of
+/// the paper.
 ///
 /// # Errors
-/// Returns [`ReportError`] for a table that cannot be read and for a figure that cannot be drawn.
+/// Returns [`ReportError`] if the program cannot read a table or cannot draw a figure.
 pub fn figures(study: &ReportedRuns) -> Result<Vec<Figure>, ReportError> {
     let mut figures = surface::figures(study)?;
     figures.extend(response::figures(study)?);
@@ -71,7 +72,7 @@ pub fn figures(study: &ReportedRuns) -> Result<Vec<Figure>, ReportError> {
         .copied()
         .collect();
     let place = |figure: &Figure| first.iter().position(|id| *id == figure.id);
-    // The sort is stable, so the other figures keep their order.
+    // The sort is stable, so the figures that are not main figures keep their order.
     figures.sort_by_key(|figure| place(figure).unwrap_or(first.len()));
     Ok(figures)
 }
@@ -101,7 +102,8 @@ fn range_of<'a>(values: impl IntoIterator<Item = &'a f64>) -> Option<[f64; 2]> {
     (low <= high).then_some([low, high])
 }
 
-/// Returns the range of the colours of a map. The outermost values lie beyond it and get the colour of the end.
+/// Returns the range of values that the colours of a map cover. A few extreme values lie outside the range. The map
+/// draws such values in the colour of the nearest end of the range.
 fn colour_range<'a>(values: impl IntoIterator<Item = &'a f64>) -> Option<[f64; 2]> {
     let finite = values.into_iter().copied().filter(|v| v.is_finite());
     let mut sorted: Vec<f64> = finite.collect();

@@ -17,7 +17,7 @@ use crate::tables::TableName;
 /// Maximum number of forced responses along wear. More curves would need more styles.
 const RESPONSES: usize = 6;
 
-/// Curve to draw: its name, its style, and its rows.
+/// Curve to draw: the name of the curve, the number of the line style, and the table rows of the curve.
 type Named = (String, usize, DataFrame);
 
 /// Draws the forced responses and the cycle of the joint.
@@ -41,8 +41,9 @@ pub fn states(
 
 /// Selects the states to draw: one list per drawing, with the heading of the drawing.
 ///
-/// A single run has one drawing with at most `most` states of wear. The selected states have all of `tables`, if such
-/// states exist. Several runs have two drawings: one of the unworn states, and one of the last states.
+/// A single run has one drawing with at most `most` states of wear. The function prefers states with all of `tables`.
+/// If no state has all of `tables`, the function selects states with `table`. Several runs have two drawings: one of
+/// the unworn states, and one of the last states.
 pub fn states_with(
     study: &ReportedRuns,
     table: TableName,
@@ -92,8 +93,8 @@ pub struct Panel {
     pub y: (&'static str, &'static str, Units),
 }
 
-/// Creates one chart of two columns per list of states. All charts have the same axes. A list without these columns has
-/// no chart.
+/// Creates one chart of two columns per list of states. All charts have the same axes. A list of states without the two
+/// columns gets no chart.
 pub fn panel_charts(states: &[(String, Vec<Named>)], panel: &Panel) -> Vec<Chart> {
     let all = |column: &str| -> Vec<f64> {
         let frames = states.iter().flat_map(|(_, named)| named);
@@ -321,7 +322,8 @@ fn forced_response(study: &ReportedRuns) -> Result<Option<Figure>, ReportError> 
     }))
 }
 
-/// Smallest number of instants of a drawn cycle. A cycle that only has its reversals shows no course in time.
+/// Smallest number of instants of a drawn cycle. A cycle with only the two reversals does not show how a quantity
+/// varies in time.
 const LEAST_TIMES: usize = 8;
 
 fn joint_cycle(study: &ReportedRuns) -> Result<Option<Figure>, ReportError> {
@@ -355,7 +357,7 @@ fn joint_cycle(study: &ReportedRuns) -> Result<Option<Figure>, ReportError> {
     let closed_charts = charts.map(|mut chart| {
         chart.x.range = Some([0.0, 1.0]);
         for Curve { points, .. } in &mut chart.curves {
-            // The curve is periodic: it ends at its first value.
+            // The curve is periodic, so the first value is repeated at the end of the curve.
             if let (Some(first), Some(last)) = (points.first().copied(), points.last())
                 && last[0] < 1.0
             {

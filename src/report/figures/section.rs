@@ -12,7 +12,8 @@ use crate::tables::TableName;
 
 /// Part of the joint's length that a section shows.
 const WINDOW: f64 = 0.25;
-/// Maximum number of states of wear of a single run. Each of several runs shows its first and its last state.
+/// Maximum number of states of wear of a single run. In a report of several runs, each run shows two states: the first
+/// state and the last state.
 const STATES: usize = 5;
 /// One millimetre \[m\].
 const MM: f64 = 1e-3;
@@ -37,7 +38,7 @@ struct Section<'a> {
 /// Draws the sections of all runs along x through the point `line` \[m\].
 ///
 /// # Errors
-/// Returns [`ReportError`] for a table that cannot be read and for a figure that cannot be drawn.
+/// Returns [`ReportError`] if the program cannot read a table or cannot draw a figure.
 pub fn figure(
     study: &ReportedRuns,
     fields: &[(&ReportedRun, Vec<f64>)],

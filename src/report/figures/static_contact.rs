@@ -44,7 +44,7 @@ pub fn figures(study: &ReportedRuns) -> Result<Vec<Figure>, ReportError> {
         })
         .collect();
     let columns = vec!["displacement", "load"];
-    // A run may omit its stiffness.
+    // The summary of a run may have no column `kn`.
     let summary_columns = match each.is_empty() {
         true => vec!["normal_load"],
         false => vec!["normal_load", "kn"],

@@ -1,4 +1,4 @@
-//! Figures of the structure: its shape at the resonance, and its contact mesh.
+//! Figures of the structure: the shape of the structure at the resonance, and the mesh of the contact faces.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::TAU;
@@ -264,7 +264,7 @@ impl Shape {
         let larger = format!("displaced, magnified {} times", four_digits(scale));
         let mut curves = Vec::new();
         for (k, line) in self.lines.iter().enumerate() {
-            // A straight line only needs its ends.
+            // To draw a straight line, the chart only needs the two ends of the line.
             let ends = vec![line[0], line[line.len() - 1]];
             let name = if k == 0 { "at rest" } else { "" };
             curves.push(curve(name, DASHED, Mark::Thin, 0.0, &ends));

@@ -67,7 +67,8 @@ impl<'a> ReportedRuns<'a> {
         self.runs.iter().map(|run| run.label.as_str()).collect()
     }
 
-    /// Returns true for a report of one run. The curves of such a report are states of wear, not runs.
+    /// Returns true for a report of one run. In a report of one run, each curve shows a state of wear. In a report of
+    /// several runs, each curve shows a run.
     pub fn is_single(&self) -> bool {
         self.runs.len() == 1
     }
@@ -146,7 +147,7 @@ impl<'a> ReportedRuns<'a> {
         }
     }
 
-    /// Returns a Polars expression that reads a table that a run stores once.
+    /// Returns a Polars expression for reading a table with one file per run.
     pub fn query_once(&self, table: &str) -> String {
         let file = file(table, "*");
         match &self.runs_with(table)[..] {
@@ -294,7 +295,7 @@ impl ReportedRun<'_> {
     }
 
     /// Returns a column of a field of an iteration on the whole grid, x slowest. A cell without a row is NaN. Returns
-    /// `None` if the iteration has no such field.
+    /// `None` if the iteration did not store the field.
     ///
     /// # Errors
     /// Returns [`ReportError`] for a table that cannot be read.

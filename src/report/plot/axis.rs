@@ -12,8 +12,8 @@ pub struct Axis {
     pub label: String,
     /// True for a logarithmic axis.
     pub log: bool,
-    /// Value at whose position a logarithmic axis shows 0: a power of ten below all values. `None` if it does not show
-    /// 0.
+    /// Value at whose position a logarithmic axis shows 0: a power of ten below all values. `None` if the axis does not
+    /// show 0.
     pub zero: Option<f64>,
     /// Fixed range. `None` for the range of the curves.
     pub range: Option<[f64; 2]>,
@@ -72,8 +72,8 @@ impl<'a> PlacedAxis<'a> {
         self.ends[0] + part * (self.ends[1] - self.ends[0])
     }
 
-    /// Returns the data attribute that the page's script reads: positions of the ends, their values, kind, position of
-    /// 0, label.
+    /// Returns the data attribute of the axis for the script of the page. The attribute lists the positions and the
+    /// values of both ends, the kind of the axis, the position of 0, and the label.
     pub fn data(&self) -> String {
         let ([begin, end], [low, high]) = (self.ends.map(two), self.range);
         let kind = match self.axis.log {
@@ -93,8 +93,8 @@ impl<'a> PlacedAxis<'a> {
         ticks(self.range, self.axis.log, MOST.min(room / each).max(1.0))
     }
 
-    /// Draws the ticks, their numbers and the grid lines. `across` are the positions of the other axis' ends. The
-    /// ordinate is upright.
+    /// Draws the ticks of the axis, the numbers at the ticks and the grid lines. `across` contains the positions of
+    /// both ends of the perpendicular axis. The ordinate is upright.
     pub fn draw(&self, is_upright: bool, across: [f64; 2]) -> Markup {
         let [near, far] = across;
         let tick_end = near - (far - near).signum() * TICK;

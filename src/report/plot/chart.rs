@@ -58,7 +58,7 @@ impl Mark {
 pub struct Curve {
     /// Name in the legend. A curve with an empty name is not in the legend.
     pub name: String,
-    /// Which of the styles it has.
+    /// Number of the line style of the curve.
     pub style: usize,
     /// Mark of the curve.
     pub mark: Mark,
@@ -86,7 +86,7 @@ impl Curve {
 pub struct Band {
     /// Name in the legend.
     pub name: String,
-    /// Which of the styles it has.
+    /// Number of the style of the band.
     pub style: usize,
     /// Abscissa, lower end and upper end.
     pub points: Vec<[f64; 3]>,
@@ -105,7 +105,8 @@ pub struct Chart {
     pub bands: Vec<Band>,
     /// Curves, the first one lowest.
     pub curves: Vec<Curve>,
-    /// True for a chart of positions: both axes have the same scale. One of the ranges is widened for this.
+    /// True for a chart of positions: both axes have the same scale. To make the scales equal, the chart widens the
+    /// range of one axis.
     pub equal_scale: bool,
 }
 
@@ -309,7 +310,7 @@ impl Chart {
         [least, high + reach]
     }
 
-    /// Draws a curve with its error bars and dots.
+    /// Draws a curve, and the error bars and dots of the curve's points.
     fn curve(&self, curve: &Curve, x: &PlacedAxis, y: &PlacedAxis) -> Markup {
         let style = curve.style % STYLES;
         let bars = curve.bars.iter().copied().chain(std::iter::repeat(0.0));
@@ -322,8 +323,8 @@ impl Chart {
         let at = |[px, py]: [f64; 2]| [x.position(px), y.position(py)];
         let bar_of = |[px, py]: [f64; 2], bar: f64| {
             let ends = [py - bar, py + bar].map(|end| at([px, end]));
-            // On a logarithmic axis, an error bar that reaches zero or below extends beyond the plot. An error bar
-            // within its dot is not drawn.
+            // On a logarithmic axis, an error bar that reaches zero or below extends beyond the plot. The chart omits
+            // an error bar that is shorter than the dot of the point.
             let ends = ends.map(|[x, y]| [x, if y.is_finite() { y } else { 1e4 }]);
             let is_visible = is_shown(bar, py) && (ends[0][1] - ends[1][1]).abs() > 2.0 * DOT;
             is_visible.then(|| {

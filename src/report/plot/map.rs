@@ -226,7 +226,7 @@ impl Map {
     }
 }
 
-/// CSS classes of the states of a contact element: stick, partial slip, slip, open.
+/// CSS class of each state of a contact element, in the order stick, partial slip, slip, open.
 const CLASSES: [&str; 4] = ["c7", "c9", "c8", "empty"];
 
 /// Draws an entry of a legend: a square and its name.
@@ -252,8 +252,8 @@ fn colours() -> Vec<u8> {
     png([1, COLOURS as u32], &pixels, EMPTY)
 }
 
-/// Encodes a PNG picture. The palette is Viridis (perceptually uniform, legible without colour), then a grey, then
-/// transparent.
+/// Encodes a PNG picture. The palette contains the colours of Viridis, then a grey, then a transparent colour. Viridis
+/// is perceptually uniform and legible without colour.
 fn png(size: [u32; 2], pixels: &[u8], grey: &str) -> Vec<u8> {
     let channel = |k: usize| u8::from_str_radix(&grey[1 + 2 * k..3 + 2 * k], 16).unwrap_or(128);
     let grey: [u8; 3] = std::array::from_fn(channel);

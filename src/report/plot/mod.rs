@@ -1,7 +1,7 @@
 //! Drawings as SVG: curves and maps.
 //!
-//! Strokes and fills are CSS classes without colours. The page defines their colours for light and dark displays, and
-//! [`standalone`] for paper.
+//! Strokes and fills are CSS classes without colours. The page defines the colours of strokes and fills for light and
+//! dark displays, and [`standalone`] defines the colours for paper.
 
 mod axis;
 mod chart;
@@ -37,7 +37,7 @@ pub fn style_of_state(place: usize, states: usize) -> usize {
     match place {
         0 => UNWORN,
         place if place + 1 >= states => WORN,
-        // Intermediate states spread evenly over their styles.
+        // The styles BETWEEN to RUNS - 1 are distributed evenly over the states between unworn and worn.
         place => BETWEEN + (place * (between + 1) / (states - 1)).clamp(1, between) - 1,
     }
 }
@@ -52,7 +52,7 @@ const TEXT: f64 = 14.0;
 const LETTER: f64 = 0.54;
 
 /// Colours of the styles. Unworn and worn are blue and vermilion of Okabe and Ito, with a gradation for the states
-/// between. The colours of runs differ from these. Dashes distinguish the styles without colour.
+/// between. The colours of runs differ from the colours of the states. Dashes distinguish the styles without colour.
 const LIGHT: [&str; STYLES] = [
     "#0072b2", "#d55e00", "#4c71a8", "#7a6c98", "#a06682", "#bd625a", "#1d2327", "#008a63",
     "#b0508a", "#9a6b00", "#6b4fbb", "#3d8f9c", "#7a7a00", "#8a4b3c",
@@ -102,7 +102,7 @@ pub fn style_sheet() -> String {
     )
 }
 
-/// Returns the CSS classes of drawings. `colour` maps a name to its colour.
+/// Returns the CSS classes of drawings. The function `colour` returns the CSS colour of a class name.
 fn classes(colour: impl Fn(&str) -> String) -> String {
     let styles: String = (0..STYLES)
         .map(|k| {

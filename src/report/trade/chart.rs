@@ -42,9 +42,9 @@ pub struct Chart {
     pub title: String,
     /// Titles of the axes, cost first.
     pub axes: [String; 2],
-    /// Promised errors, each with its name.
+    /// Promised errors, each with the name of the promise.
     pub bounds: Vec<(f64, String)>,
-    /// Points. The first ones get their labels closest to their positions.
+    /// Points. The chart places the labels of the first points first, closest to the points.
     pub points: Vec<Point>,
     /// True if a line connects the marked points.
     pub has_front: bool,
@@ -112,7 +112,8 @@ type Place = [f64; 4];
 /// Finds free boxes for texts that do not overlap.
 struct Free {
     taken: Vec<Place>,
-    /// Index of the first box of a text. Lines from marks to their texts avoid the boxes from this one on.
+    /// Index of the first box of a text. A line from a mark to the text of the mark avoids the boxes of texts, from
+    /// index `first_text` on.
     first_text: usize,
     /// Offsets in the order of the search: the nearest first, horizontal ones before vertical ones.
     offsets: Vec<[f64; 2]>,

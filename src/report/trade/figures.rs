@@ -199,8 +199,8 @@ pub fn noise(first: &[f64], second: &[f64]) -> Option<f64> {
     (first.len() == second.len() && mean > 0.0).then(|| difference / mean)
 }
 
-/// Returns the work of an FFT pair on a grid, up to a factor: n log n of the points of the padded grid, which has twice
-/// the cells along each side.
+/// Returns the relative work of an FFT pair on a grid: n log n, where n is the number of points of the padded grid. The
+/// padded grid has twice as many cells along each side.
 pub fn work_of_pair(cells: [usize; 2]) -> f64 {
     let points = 4.0 * cells[0] as f64 * cells[1] as f64;
     points * points.ln()
@@ -216,7 +216,8 @@ fn wear_field(table: &typed::WearField, cells: [usize; 2]) -> WearField {
     WearField { cells, depth }
 }
 
-/// Returns the deviations of a result from the reference. `None` if one of them lacks the figure.
+/// Returns the deviations of a result from the reference. A deviation is `None` if the result or the reference lacks
+/// the figure.
 pub fn errors(result: &MeasuredVariant, reference: &MeasuredVariant) -> Values {
     let mut errors: Values = std::array::from_fn(|k| {
         let (value, reference) = (result.values[k]?, reference.values[k]?);
@@ -228,8 +229,8 @@ pub fn errors(result: &MeasuredVariant, reference: &MeasuredVariant) -> Values {
     errors
 }
 
-/// Returns `value / reference - 1`, or `None` if that is not finite or the reference is not: a reference of zero, or an
-/// infinite stiffness.
+/// Returns `value / reference - 1`. Returns `None` if the reference or the result is not finite, for example if the
+/// reference is zero.
 pub fn deviation(value: f64, reference: f64) -> Option<f64> {
     if value == reference {
         return Some(0.0);
@@ -239,8 +240,8 @@ pub fn deviation(value: f64, reference: f64) -> Option<f64> {
         .filter(|deviation| deviation.is_finite())
 }
 
-/// Returns ∫ |a - b| dA / ∫ b dA of two fields over the same joint, each constant over its cells. Returns `None` if `b`
-/// is zero and `a` is not.
+/// Returns ∫ |a - b| dA / ∫ b dA for two fields `a` and `b` over the same joint. Each field is constant within a cell.
+/// Returns `None` if `b` is zero and `a` is not.
 pub fn field_error(a: &WearField, b: &WearField) -> Option<f64> {
     let [x, y] = [0, 1].map(|d| overlaps(a.cells[d], b.cells[d]));
     let (mut difference, mut whole) = (0.0, 0.0);

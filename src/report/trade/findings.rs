@@ -24,7 +24,7 @@ pub struct PresetPromise {
     pub figure: &'static str,
     /// Largest promised error.
     pub promise: f64,
-    /// Error, or `None` if it is unknown.
+    /// Error of the figure with the preset. `None` if the error is unknown.
     pub error: Option<f64>,
     /// True if the error is known and within the promise.
     pub passed: bool,
@@ -104,7 +104,7 @@ impl Step {
 pub struct Findings {
     /// Measure by which costs are compared.
     pub by: Cost,
-    /// Relative difference of the seconds of two equal runs. `None` if it is unknown.
+    /// Relative difference of the seconds of two equal runs. `None` if the difference is unknown.
     pub noise: Option<f64>,
     /// All promises of the presets.
     pub promises: Vec<PresetPromise>,
@@ -193,8 +193,8 @@ fn knob_effects(trade: &Trade) -> impl Iterator<Item = (&Row, KnobEffect)> {
         .filter_map(move |row| Some((row, effect_of(row, balanced?)?)))
 }
 
-/// Returns true for a knob that is finer than in `balanced`. A finer knob that is faster, or a coarser one that is more
-/// exact, is so by chance.
+/// Returns true for a knob that is finer than in `balanced`. If a finer knob is faster than `balanced`, the gain is
+/// random. If a coarser knob is more accurate than `balanced`, the gain is random.
 fn is_finer(trade: &Trade, row: &Row) -> bool {
     let base = trade
         .base
@@ -212,8 +212,8 @@ fn cost_resolution(trade: &Trade) -> Option<f64> {
     }
 }
 
-/// Returns false if another mesh changes a figure, promised or not, by more than the bound. A mesh with such a change
-/// describes another joint, so its lower cost is not a saving.
+/// Returns false if another mesh changes a figure, promised or not, by more than the bound. A mesh that changes a
+/// figure by more than the bound describes another joint. A lower cost with another joint is not a saving.
 fn is_same_joint(row: &Row, bound: f64) -> bool {
     let is_within = |error: &Option<f64>| error.is_none_or(|error| error.abs() <= bound);
     row.variant.kind != KnobKind::Discretisation || row.errors.iter().all(is_within)
@@ -228,8 +228,8 @@ fn saving(trade: &Trade, bound: f64) -> Option<KnobEffect> {
         .max_by(|a, b| a.saved.total_cmp(&b.saved))
 }
 
-/// Only solver knobs count. A mesh that is finer than the reference's deviates from it, which says nothing about the
-/// mesh.
+/// Considers only solver knobs. A mesh that is finer than the mesh of the reference differs from the reference. The
+/// difference does not measure the error of the finer mesh.
 fn accuracy(trade: &Trade) -> Option<KnobEffect> {
     let least = cost_resolution(trade)?;
     // An extra cost within the noise counts as the noise.

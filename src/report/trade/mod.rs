@@ -1,7 +1,8 @@
 //! Speed against accuracy: compares the runs of the variants of a scene, or of the presets over many scenes.
 //!
-//! Costs come from the tables of the runs, not from a clock. A trade that was interrupted, or is read again, therefore
-//! gives the same numbers. Errors are deviations from the variant `reference`, whose own error is unknown.
+//! Costs come from the tables of the runs, not from a clock. A trade that resumes after an interruption gives the same
+//! numbers as before, because the tables of a run do not change. Errors are deviations from the variant `reference`,
+//! whose own error is unknown.
 
 mod chart;
 mod figures;
@@ -26,7 +27,7 @@ pub use scenes::{FigureCount, Miss, PresetStatistics, misses, tallies};
 
 use figures::{MeasuredVariant, errors, measure, work_of_pair};
 
-/// Variant that was run, or that failed.
+/// Variant with the folder of its run, and the failure if the run failed.
 #[derive(Debug, Clone)]
 pub struct Trial {
     /// The variant.
@@ -247,8 +248,8 @@ pub fn pareto(points: &[Option<(f64, f64)>]) -> Vec<bool> {
 }
 
 impl Row {
-    /// Returns true if the row solves the same model: it is not the reference, a change of the model, or `balanced`
-    /// again.
+    /// Returns true if the row solves the same model as `balanced`. Returns false for the reference, for a change of
+    /// the model, and for a repetition of `balanced`.
     pub fn is_compared(&self) -> bool {
         let kind = self.variant.kind;
         self.variant.name != REFERENCE && !matches!(kind, KnobKind::Model | KnobKind::Repeat)
@@ -266,7 +267,7 @@ impl Trade {
         self.row(REFERENCE).filter(|row| row.failure.is_none())
     }
 
-    /// Returns true if a row has this figure.
+    /// Returns true if at least one row of the trade has the figure with index `figure`.
     pub fn has(&self, figure: usize) -> bool {
         let has_field = |row: &Row| figure == FIELD && row.field.is_some();
         self.rows
@@ -354,8 +355,8 @@ pub fn table(trades: &[Trade]) -> Result<Table, TradeError> {
     Ok(table.optional_column("bar_closure", closure).build()?)
 }
 
-/// Writes `trade.parquet` of one or several scenes, and `trade.md`, `trade.svg` and `trade.html` of their page, into a
-/// folder. Replaces existing files.
+/// Writes `trade.parquet` for one or more scenes into a folder. Writes the page as `trade.md`, `trade.svg` and
+/// `trade.html` into the same folder. Replaces existing files.
 ///
 /// # Errors
 /// [`TradeError`] for a file that cannot be created or written.

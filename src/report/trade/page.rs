@@ -1,4 +1,5 @@
-//! Page of a trade: one table, one chart and the findings, as terminal text, Markdown and one HTML file.
+//! Page of a trade with one table, one chart and the findings. The program prints the page as terminal text, and writes
+//! the page as Markdown and as HTML.
 
 use maud::{DOCTYPE, PreEscaped, html};
 
@@ -253,7 +254,8 @@ fn entry<'a>(number: usize, trade: &'a Trade, row: &'a Row, of_scenes: bool) -> 
     }
 }
 
-/// Checks if a preset keeps its promise. Returns `None` if it has no promise or cannot be compared.
+/// Returns true if the error of a preset is within the promise of the preset. Returns `None` if the preset has no
+/// promise, or if the error is unknown.
 fn is_kept(row: &Row) -> Option<bool> {
     Some(row.largest_promised_error? <= promise(&row.variant.name)?)
 }
@@ -338,7 +340,7 @@ fn runs(entries: &[Entry], of_scenes: bool) -> Sheet {
     Sheet::new("", 2, &rows)
 }
 
-/// Returns true if the FFT pairs of a run are on another grid than those of `balanced`.
+/// Returns true if a run computes FFT pairs on another grid than the run with preset `balanced`.
 fn is_weighed(trade: &Trade, row: &Row) -> bool {
     trade.cost_measure == Cost::FftPairs && row.cost != row.fft_pairs
 }
@@ -623,7 +625,7 @@ fn signed_percent(share: f64) -> String {
     format!("{}{}", if share > 0.0 { "+" } else { "" }, percent(share))
 }
 
-/// Formats an error with its sign and its limit, with as many digits as distinguish them.
+/// Formats an error with sign, and the limit of the error. Both numbers have enough digits to differ.
 fn error_and_limit(share: f64, limit: f64) -> String {
     const MOST: i32 = 6;
     let percent_texts = |digits| [share.abs(), limit].map(|share| percent_of(share, digits));

@@ -6,7 +6,7 @@ use super::{FIGURES, Row, Trade};
 use crate::recipe::MotionKind;
 use crate::scene::variants::{BALANCED, FAST, promise};
 
-/// Statistics of a preset over the scenes of a kind of motion, or over all scenes.
+/// Statistics of a preset over all scenes, or over the scenes with one kind of motion.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PresetStatistics {
     /// The preset.
@@ -18,11 +18,12 @@ pub struct PresetStatistics {
     pub scenes: usize,
     /// Number of other scenes: the preset or the reference failed, or the reference has nothing to compare with.
     pub failed: usize,
-    /// Median of the FFT pairs relative to those of the reference. `None` without pairs.
+    /// Median over scenes of the FFT pairs of the preset, relative to the FFT pairs of the reference. `None` without
+    /// pairs.
     pub pairs_part: Option<f64>,
     /// Median over scenes of the largest error of the promised figures. `None` without scenes.
     pub median: Option<f64>,
-    /// The largest of them.
+    /// Largest error of the promised figures over all scenes. `None` without scenes.
     pub worst: Option<f64>,
     /// Scene of the largest error.
     pub worst_scene: Option<String>,
@@ -41,11 +42,11 @@ pub struct FigureCount {
     pub figure: &'static str,
     /// Number of scenes in which the figure has an error bar.
     pub scenes: usize,
-    /// Median of its errors over the scenes whose reference is not zero. `None` without such scenes.
+    /// Median error of the figure over all scenes with a nonzero reference. `None` if every reference is zero.
     pub median: Option<f64>,
-    /// The largest of them.
+    /// Largest error of the figure over all scenes with a nonzero reference.
     pub worst: Option<f64>,
-    /// Number of these scenes whose reference is within the error bar.
+    /// Number of scenes in which the reference is within the error bar of the figure.
     pub within: usize,
 }
 
@@ -62,7 +63,7 @@ pub struct Miss {
     /// The figure.
     pub figure: &'static str,
     /// Deviation from the reference: relative to the reference for a promise, relative to the figure itself for an
-    /// error bar. `None` if the divisor is zero and the other value is not.
+    /// error bar. `None` if the divisor is zero and the deviation is not zero.
     pub error: Option<f64>,
     /// Promised error, or relative error bar.
     pub limit: f64,
@@ -87,7 +88,7 @@ fn promised_rows(trade: &Trade) -> impl Iterator<Item = (&Row, f64)> {
         .filter_map(|row| Some((row, promise(&row.variant.name)?)))
 }
 
-/// Counts both presets over all scenes, then over the scenes of each kind of motion.
+/// Returns the statistics of both presets over all scenes, and over the scenes of each kind of motion.
 pub fn tallies(trades: &[Trade]) -> Vec<PresetStatistics> {
     let exists = |kind: &MotionKind| trades.iter().any(|trade| trade.motion == *kind);
     let kinds = MotionKind::ALL.into_iter().filter(exists).map(Some);
@@ -158,7 +159,8 @@ fn figure_count(preset_rows: &[(&Trade, &Row)], k: usize) -> Option<FigureCount>
     })
 }
 
-/// Returns the figures whose errors exceed the promise, and the figures whose errors exceed their own error bars.
+/// Returns two lists of figures. The errors in the first list exceed the promise. The errors in the second list exceed
+/// the error bars of the figures.
 pub fn misses(trades: &[Trade]) -> [Vec<Miss>; 2] {
     let (mut promised, mut outside_bar) = (Vec::new(), Vec::new());
     for trade in trades {

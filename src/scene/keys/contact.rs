@@ -22,14 +22,14 @@ keys! {
     /// contact.kt are given.
     NORMAL_LOAD: Quantity = "contact.normal_load", Rule("must be given, unless approach or gap is"),
         Quantity(Dimension::FORCE, POSITIVE, "30 kN");
-    /// Force of the bolt, or, with contact.preload.in_mesh = true, the load that the joint bears.
+    /// Force of the bolt. With contact.preload.in_mesh = true, the key is the normal load on the joint.
     PRELOAD_FORCE: Quantity = "contact.preload.force", Required, Quantity(Dimension::FORCE, POSITIVE, "10 kN"), with ["structure", "surface"];
     /// Nodes and sets of nodes on which the bolt head presses, separated by commas.
     PRELOAD_HEAD: Text = "contact.preload.head", Required, Text("HEAD"), with ["structure", "surface"];
     /// Nodes and sets of nodes on which the nut presses, separated by commas.
     PRELOAD_NUT: Text = "contact.preload.nut", Required, Text("NUT"), with ["structure", "surface"];
-    /// `contact.preload.in_mesh = true` states that the bolt is part of the mesh. For a bolt in the mesh, the program
-    /// chooses the bolt force such that the joint bears contact.preload.force.
+    /// `contact.preload.in_mesh = true` states that the bolt is part of the mesh. If the bolt is part of the mesh, the
+    /// program chooses the bolt force such that contact.preload.force presses the joint.
     PRELOAD_IN_MESH: Boolean = "contact.preload.in_mesh", Is("false"), Boolean, with ["structure", "surface"];
     /// Approach of the bodies in place of normal_load, counted from height 0, positive when pressed together. A given
     /// approach requires a contact that does not move.
@@ -39,11 +39,11 @@ keys! {
     /// Tangential stiffness of the whole joint, in place of a surface.
     KT: Quantity = "contact.kt", Rule("from the [surface]; must be given if kn is"), STIFF, of ["given"];
     /// A table (CSV) of the contact elements in place of a surface, with one row per slider. The command `fretwear
-    /// export RUN@N --contact csv` writes such a table.
+    /// export RUN@N --contact csv` writes a table of contact elements.
     ELEMENTS: FilePath = "contact.elements", Absent, FilePath("contact.csv"), of ["given"], with ["structure"];
     /// Gap of the contact at rest. A contact with a gap has no normal_load.
     GAP: Quantity = "contact.gap", Is("0 um"), Quantity(Dimension::LENGTH, NOT_NEGATIVE, "1 um"), of ["given"];
-    /// Largest pressure that a point can carry, such as the hardness of its material [A eq. 4.3].
+    /// Upper bound of the contact pressure at every point, such as the hardness of the material [A eq. 4.3].
     PRESSURE_CAP: Quantity = "contact.pressure_cap", Rule("none: elastic"), Quantity(Dimension::PRESSURE, POSITIVE, "600 MPa"), of ["rough"];
     /// Boundary condition at the edges of the joint.
     BOUNDARY: Choice<Boundary> = "contact.boundary", Is("free"), Choice(&[
@@ -65,8 +65,8 @@ keys! {
     /// contact.rotation = "free".
     MOMENT: List<2> = "contact.moment", Rule("no moments"),
         List(XY, Quantity(Dimension::MOMENT, ANY, r#"["2 N m", "0 N m"]"#), None), of ["rough"];
-    /// Model by which the bodies of a structure press each other. The default is "structure" if the contact elements
-    /// are pairs of nodes of a mesh of equal boxes (`contact.stiffness = "sliders"`), else "punch".
+    /// Model by which the bodies of a structure press each other. The default is "structure" if contact.stiffness =
+    /// "sliders" and the mesh consists of equal boxes. Otherwise the default of contact.pressing is "punch".
     PRESSING: Choice<Pressing> = "contact.pressing", ByPreset(["punch", "structure", "structure", "structure"]), Choice(&[
         ("structure", Pressing::Structure, "the structure bends under its loads, which determines rotation, moment and approach"),
         ("punch", Pressing::Punch, "rigid punches on half spaces, so that most of the load is at the edges"),
@@ -103,8 +103,8 @@ keys! {
     BOLT_BEARING_DIAMETER: Quantity = "contact.bolt.bearing_diameter", Required, Quantity(Dimension::LENGTH, POSITIVE, "14.6 mm"), with ["surface"];
     /// Diameter of the hole in the clamped parts.
     BOLT_HOLE: Quantity = "contact.bolt.hole", Required, Quantity(Dimension::LENGTH, POSITIVE, "11 mm"), with ["surface"];
-    /// Outer diameter of the clamped parts. For parts that are not round, this diameter is that of the widest circle
-    /// about the bolt that fits into the parts.
+    /// Outer diameter of the clamped parts. If the clamped parts are not round, use the largest circle about the bolt
+    /// that fits into the parts.
     BOLT_OUTER_DIAMETER: Quantity = "contact.bolt.outer_diameter", Required, Quantity(Dimension::LENGTH, POSITIVE, "40 mm"), with ["surface"];
     /// Young's modulus of bolt and nut. [material] gives the modulus of the clamped parts.
     BOLT_MODULUS: Quantity = "contact.bolt.modulus", Is("205 GPa"), Quantity(Dimension::PRESSURE, POSITIVE, "205 GPa"), with ["surface"];

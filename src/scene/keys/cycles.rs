@@ -10,7 +10,8 @@ use super::word::{Boolean, Choice, FilePath, PartOrNever, WordOrTable};
 use crate::scene::Scheme;
 use crate::units::Dimension;
 
-/// 2^53: cycles are counted in floating-point numbers, which represent every integer up to this number.
+/// Largest number of cycles, 2^53. The program counts cycles in floating-point numbers, which represent every integer
+/// up to 2^53.
 pub const MOST_CYCLES: u64 = 1 << 53;
 
 /// Upper bound of the wear iterations of a run. Each wear iteration writes files.
@@ -38,8 +39,9 @@ keys! {
     /// Half range of the normal load: N(t) = normal_load + normal_load_amplitude cos(2 pi t/T). The half range must be
     /// less than contact.normal_load.
     NORMAL_LOAD_AMPLITUDE: Quantity = "motion.normal_load_amplitude", Is("0 N"), Quantity(Dimension::FORCE, NOT_NEGATIVE, "100 N"), of ["harmonic"];
-    /// One cycle as a table (CSV or Parquet), in place of all other keys of the motion. The columns of the table are
-    /// time (in periods), displacement_x, and optionally displacement_y and normal_load, in SI.
+    /// One cycle as a table (CSV or Parquet), in place of all other keys of the motion. The table has the columns time
+    /// (in periods) and displacement_x. The columns displacement_y and normal_load are optional. All columns except
+    /// time are in SI units.
     HISTORY: FilePath = "motion.history", Absent, FilePath("cycle.parquet");
     /// Wear coefficient: worn volume per dissipated energy alpha [A eq. 2.5], or Archard's k. The key wear.law selects
     /// alpha or k.
@@ -51,7 +53,8 @@ keys! {
     ]);
     /// Number of cycles after which the run ends.
     CYCLES: Integer = "wear.cycles", Rule("none, if volume is given"), integer(1, MOST_CYCLES, "10_000_000");
-    /// Worn volume at which the run ends. If wear.cycles is given too, the limit that is reached first ends the run.
+    /// Worn volume at which the run ends. If a scene gives wear.cycles and wear.volume, the run ends at the limit that
+    /// the run reaches first.
     VOLUME: Quantity = "wear.volume", Rule("none, if cycles is given"), Quantity(Dimension::VOLUME, POSITIVE, "1 mm^3");
     /// Remaining part of the bolt load at which the run ends. The end by preload requires a bolt that loses load.
     UNTIL_PRELOAD: Quantity = "wear.until.preload", Rule("none"), Quantity(Dimension::NONE, CHANGE, "90 %");
@@ -61,8 +64,8 @@ keys! {
         ("semi_implicit", Scheme::SemiImplicit, "stable, first order: pressure at the end of a step, slip at its beginning; needs depth_step"),
         ("explicit", Scheme::Explicit, "the published scheme; needs depth_step, unstable if depth_step is too large"),
     ]);
-    /// Largest wear depth per step [A eq. 2.7]. The depth limits implicit steps, and sets the steps of the other
-    /// schemes.
+    /// Largest wear depth per step [A eq. 2.7]. An implicit step wears the joint by at most wear.depth_step. The
+    /// schemes semi_implicit and explicit choose each step to wear the joint by wear.depth_step.
     DEPTH_STEP: Quantity = "wear.depth_step", Rule("none; 0.1 um with preset paper if the scheme needs one"),
         Quantity(Dimension::LENGTH, POSITIVE, "0.1 um");
     /// Relative error allowed per wear step; the same as fidelity.wear_tolerance.
@@ -71,7 +74,7 @@ keys! {
     /// update.stiffness_change, update.iterations or update.wear_volume.
     UPDATE: WordOrTable = "update", Is("never"), WordOrTable("never", "{ stiffness_change = 0.10 }");
     /// Relative change of kn or kt of the contact since the last update that triggers the next update. With
-    /// contact.stiffness = "sliders", changes of the force or energy of a cycle count too.
+    /// contact.stiffness = "sliders", a relative change of the force or energy per cycle triggers an update as well.
     STIFFNESS_CHANGE: Quantity = "update.stiffness_change", Absent, Quantity(Dimension::NONE, CHANGE, "0.10");
     /// Growth of the worn volume since the last update that triggers the next update. The growth counts once 3 % of the
     /// expected final volume is worn. A given volume growth requires update.stiffness_change.

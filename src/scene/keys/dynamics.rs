@@ -44,8 +44,8 @@ keys! {
     section "dynamics.response": "Point and direction whose displacement is the response; by default the point and direction of the drive.";
 
     /// Force on the structure, amplitude cos(2 pi harmonic f t + phase), or a list of forces. The drive is the first
-    /// force of harmonic 1 at the point and in the direction of the response, or else the first force of harmonic 1
-    /// anywhere.
+    /// force of harmonic 1 at the point and in the direction of the response. If no such force exists, the drive is the
+    /// first force of harmonic 1.
     FORCE: Tables = "dynamics.force", Rule("must be given, unless there is a dynamics.base"), Tables(r#"{ amplitude = "1000 N", at = "far_wall", direction = "x" }"#);
     /// Half range of the force. A force of harmonic 0 is constant, and its amplitude may be negative.
     FORCE_AMPLITUDE: Quantity = "dynamics.force.amplitude", Required, Quantity(Dimension::FORCE, ANY, "1000 N");
@@ -83,11 +83,12 @@ keys! {
     MODES: Integer<usize> = "dynamics.modes", Is("30"), integer(1, MOST_MODES, "40");
     /// Damping ratio of every mode. The paper does not state the damping ratio of its structure.
     DAMPING_RATIO: Quantity = "dynamics.damping_ratio", Rule("0.002; 0 for an oscillator, and with dynamics.rayleigh, dynamics.loss_factor or damping in the files of the structure"), Quantity(Dimension::NONE, RATIO, "0.002");
-    /// Loss factor of the structure: hysteretic damping by this fraction of its stiffness, without the contact. The
-    /// hysteretic damping force leads the displacement by a quarter of a cycle at any frequency.
+    /// Loss factor of the structure without the contact. The hysteretic damping force is the loss factor times the
+    /// elastic force of the structure. The hysteretic damping force leads the displacement by a quarter of a cycle at
+    /// any frequency.
     LOSS_FACTOR: Quantity = "dynamics.loss_factor", Is("0"), Quantity(Dimension::NONE, NOT_NEGATIVE, "0.004");
     /// Rayleigh coefficient alpha of the mass matrix. The coefficient alpha adds alpha / (4 pi f) to the damping ratio
-    /// of a mode of frequency f, and damps rigid-body motions.
+    /// of a mode with frequency f. The coefficient alpha also damps rigid-body motions.
     RAYLEIGH_MASS: Quantity = "dynamics.rayleigh.mass", Is("0 1/s"), Quantity(Dimension::FREQUENCY, NOT_NEGATIVE, "5 1/s");
     /// Rayleigh coefficient beta of the stiffness matrix. The coefficient beta adds pi f beta to the damping ratio of a
     /// mode of frequency f.

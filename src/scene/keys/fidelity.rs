@@ -23,16 +23,16 @@ const fn tolerance(example: &'static str) -> Quantity {
 keys! {
     section "fidelity": "Accuracy against cost.";
 
-    /// Preset from which all other keys of this section take their defaults.
+    /// Preset that determines the defaults of all other keys of [fidelity].
     PRESET: Choice<Preset> = "fidelity.preset", Is("balanced"), Choice(&[
         ("paper", Preset::Paper, "the published algorithm"),
         ("fast", Preset::Fast, "about 5 % from reference"),
         ("balanced", Preset::Balanced, "about 1 % from reference"),
         ("reference", Preset::Reference, "as exact as is practical"),
     ]);
-    /// Relative error of the worn volume for which wear steps and solves are chosen, in place of a preset. The error
-    /// bar of the worn volume also contains a part that the tolerance does not bound: wear may amplify errors where
-    /// single cells decide.
+    /// Relative error of the worn volume for which wear steps and solves are chosen, in place of a preset. In a joint
+    /// where single cells determine the worn volume, wear can amplify errors. fidelity.tolerance does not bound the
+    /// amplified errors. The error bar of the worn volume contains the amplified errors.
     ASKED: Quantity = "fidelity.tolerance", Absent, tolerance("0.01");
     /// Method of marching through a cycle. Without fidelity.cycle the plan chooses the method.
     CYCLE: Choice<March> = "fidelity.cycle", ByPreset(["stepped", "none", "none", "none"]), Choice(&[
@@ -40,10 +40,12 @@ keys! {
         ("reversal", March::Reversal, "one exact solve per branch between two load reversals"),
         ("stepped", March::Stepped, "one exact solve per time step"),
     ]);
-    // With extrapolation, an orbit and a varying load are solved to about 1 % of the dissipation with 32 steps and 0.3
-    // % with 64. The published 32 steps without extrapolation are less accurate.
-    /// Time steps of a stepped cycle; a history has twice as many steps with preset balanced. A history with fewer rows
-    /// than steps is also stepped between its rows, and a history with more rows is stepped at all its rows.
+    // For an orbit or a varying load, the error of the dissipation is about 1 % with 32 steps and extrapolation. With
+    // 64 steps and extrapolation, the error of the dissipation is about 0.3 %. The published 32 steps without
+    // extrapolation are less accurate.
+    /// Time steps of a stepped cycle; a history has twice as many steps with preset balanced. If a history has fewer
+    /// rows than steps, the program adds steps between the rows. If a history has more rows than steps, the program
+    /// takes a step at every row.
     STEPS_PER_CYCLE: EvenInteger = "fidelity.steps_per_cycle", ByPreset(["32", "32", "64", "128"]), EvenInteger(SMALLEST_STEPS, LARGEST_STEPS, "64");
     /// Relative tolerance of a normal contact solve.
     NORMAL_TOLERANCE: Quantity = "fidelity.normal_tolerance", ByPreset(["1e-6", "1e-5", "1e-6", "1e-8"]), tolerance("1e-4");
@@ -60,9 +62,9 @@ keys! {
     LOAD_STEPS: Integer<usize> = "fidelity.load_steps", ByPreset(["16", "8", "16", "64"]), integer(1, LARGEST_STEPS, "16");
     // The explicit scheme of the paper has no tolerance. The default of preset paper applies to a scene with the
     // implicit scheme.
-    /// Relative error allowed per wear step; the same as wear.tolerance. Where the joint vibrates, the default wear
-    /// tolerance is 0.05 with preset fast and 0.015 with preset balanced, because the response is not known more
-    /// accurately.
+    /// Relative error allowed per wear step; the same as wear.tolerance. In a vibrating joint, the default wear
+    /// tolerance is 0.05 with preset fast and 0.015 with preset balanced. A smaller wear tolerance does not help in a
+    /// vibrating joint, because the error of the response is larger.
     WEAR_TOLERANCE: Quantity = "fidelity.wear_tolerance", ByPreset(["0.01", "0.03", "0.01", "1e-3"]), tolerance("0.01");
     // The friction law is integrated exactly between samples, along straight lines. The error of the force falls with
     // the square of the number of samples. With 64 samples the error of the force is below a thousandth of the
@@ -73,9 +75,10 @@ keys! {
     /// `fidelity.harmonic_correction = true` drives the wear by a response with about twice as many harmonics. With
     /// false, the response with more harmonics only estimates the truncation error.
     HARMONIC_CORRECTION: Boolean = "fidelity.harmonic_correction", ByPreset(["false", "true", "true", "true"]), Boolean, with ["dynamics", "wear"];
-    /// Relative truncation error of the harmonics, down to which the solver adds harmonics. Where the joint wears, the
-    /// default harmonic tolerance is 0.05 with preset fast and 0.015 with preset balanced, because other parts of the
-    /// error bar dominate. A scene that lists its harmonics in dynamics.harmonics has no harmonic tolerance.
+    /// Relative truncation error of the harmonics, down to which the solver adds harmonics. In a joint with wear, the
+    /// default harmonic tolerance is 0.05 with preset fast and 0.015 with preset balanced. In a joint with wear, the
+    /// other parts of the error bar are larger than the truncation error of the harmonics. A scene with a list of
+    /// harmonics in dynamics.harmonics has no harmonic tolerance.
     HARMONIC_TOLERANCE: Quantity = "fidelity.harmonic_tolerance", ByPreset(["none", "0.025", "0.005", "2e-3"]), tolerance("0.005");
     // Half the grid has a fourth of the cells, at about a fourth of the cost of the contact.
     /// `fidelity.grid_check = true` first runs the scene on half of joint.grid. Three times the difference of the worn

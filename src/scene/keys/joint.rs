@@ -12,13 +12,14 @@ const LARGEST_GRID: u64 = 16_384;
 /// Largest number of contact elements per side. A larger number is probably a typing error.
 const LARGEST_ELEMENTS: u64 = 999;
 
-/// Keys that belong to a single file, not to the scene that results from a file and its bases.
+/// Keys of a single scene file. The scene that results from a file and its bases does not contain the keys.
 pub mod file {
     use super::*;
 
     keys! {
-        /// Scene file on which this scene file is based. A scene file with a base contains only the keys that differ
-        /// from the base. The option --set cannot set the base.
+        /// Path of the base. The base is another scene file. The scene takes the keys that the scene file omits from
+        /// the base. A scene file with a base contains only the keys that differ from the base. The option --set cannot
+        /// set the base.
         BASE: FilePath = "base", Absent, FilePath("other.toml");
     }
 }
@@ -33,8 +34,8 @@ keys! {
 
     /// Title of the scene in reports.
     TITLE: Text = "title", Absent, Text("Lap joint, Rq 5 um");
-    /// Side lengths of the joint along x and y. The sides of the joint of a resonator are the length of the lap and the
-    /// height of the arms.
+    /// Side lengths of the joint along x and y. For a resonator, the first side length is the length of the lap. The
+    /// second side length is the height of the arms.
     SIZE: List<2> = "joint.size", Required, List(XY, Quantity(Dimension::LENGTH, POSITIVE, r#"["40 mm", "30 mm"]"#), None);
     /// Number of cells of the rough contact along x and y. A resonator needs at least one cell per contact element.
     GRID: Counts = "joint.grid", Rule("must be given with a [surface]"), Counts(LARGEST_GRID, "[256, 192]");

@@ -1,5 +1,6 @@
-//! Declarations of all keys of a scene: name, type, range, example, default, meaning, and the kinds of its section that
-//! have the key. Reading, checking, help and editor support use these declarations.
+//! Declarations of all keys of a scene. A declaration contains the name, type, range, example, default and meaning of
+//! the key. A declaration also contains the kinds of section that have the key. The program uses the declarations of
+//! keys to read and check scenes, for help and for editor support.
 
 pub mod contact;
 pub mod cycles;
@@ -139,7 +140,8 @@ impl fmt::Display for Default {
     }
 }
 
-/// Declared sections with their meanings, except sections that are themselves keys, and declared keys.
+/// Declarations of a file: pairs of section and meaning, then the declared keys. The pairs omit sections that are
+/// themselves keys.
 type Declared = (
     &'static [(&'static str, &'static str)],
     &'static [&'static AnyKey],
@@ -165,7 +167,7 @@ macro_rules! keys {
 }
 use keys;
 
-/// All declarations, in the order of display. A scene may also write a table that is itself a key as a plain value.
+/// All declarations, in the order of display. A scene may write a key such as `update` as a table or as a plain value.
 const DECLARED: [Declared; 8] = [
     joint::DECLARED,
     surface::DECLARED,
@@ -198,10 +200,11 @@ pub fn find(name: &str) -> Option<&'static AnyKey> {
     all().find(|key| key.name == name)
 }
 
-/// Keys that another form of their section has with a wider range. Help pages do not list these wider keys.
+/// Keys that have the name of a declared key and a wider range of values, for another form of the section. Help pages
+/// do not list the keys in `WIDER`.
 const WIDER: [&AnyKey; 1] = [&contact::LOAD_AT_REST];
 
-/// Rejects a value that no key of this name accepts.
+/// Returns an error if no declared key with the name `given.key` accepts the value.
 pub fn check(given: &GivenValue<'_>) -> Result<(), SceneError> {
     let declared = all().chain(WIDER).filter(|key| key.name == given.key);
     let mut checks = declared.map(|key| key.value.check(given));
@@ -255,7 +258,8 @@ pub fn section_of(key: &str) -> &str {
     key.rsplit_once('.').map_or("", |split| split.0)
 }
 
-/// Alternative keys of a section. A scene gives one of them, and setting one drops the others.
+/// Alternative keys of a section. A scene gives one alternative of a section. A `--set` option that gives one
+/// alternative removes the other alternatives.
 pub const ALTERNATIVES: &[(&str, &[&[&str]])] = &[
     (
         "motion",
@@ -283,7 +287,8 @@ pub const ALTERNATIVES: &[(&str, &[&[&str]])] = &[
     ),
 ];
 
-/// Section, key, word, dropped key: setting the key to the word drops the other key, which it makes meaningless.
+/// Tuples of section, key, word and dropped key. Setting the key to the word removes the dropped key, because the word
+/// makes the dropped key meaningless.
 pub const DROPPED_BY: &[(&str, &str, &str, &str)] = &[
     ("contact", "stiffness", "tangent", "distribution"),
     ("contact", "stiffness", "sliders", "distribution"),
@@ -349,7 +354,7 @@ pub fn children(section: &str) -> Vec<&'static str> {
     names
 }
 
-/// Keys of former versions, with their replacement.
+/// Pairs of a key of former versions and the advice that replaces the key.
 const FORMER: [(&str, &str); 2] = [
     (
         "dynamics.method",
@@ -367,8 +372,8 @@ pub fn replacement_of_former(key: &str) -> Option<&'static str> {
     former.find(|entry| entry.0 == key).map(|entry| entry.1)
 }
 
-/// Guesses the known key that an unknown key was meant to be: a similar key in its section, else a key of the same name
-/// elsewhere, else a similar key elsewhere.
+/// Returns the known key that is most similar to an unknown key. The function first searches the section of the unknown
+/// key for a similar name. Then the function searches other sections for the same name, and at last for a similar name.
 pub fn nearest_key(key: &str) -> Option<String> {
     if let Some((_, given)) = SYNONYMS.iter().find(|entry| entry.0 == key) {
         return Some((*given).to_owned());
@@ -384,7 +389,8 @@ pub fn nearest_key(key: &str) -> Option<String> {
     if let (Some(sibling), None) = (longer.next(), longer.next()) {
         return Some(join(section, sibling));
     }
-    // A table such as joint.hole has few keys of its own. A key with the same name elsewhere is not a good guess.
+    // A nested section such as joint.hole has few keys. If a key in a nested section is unknown, the program does not
+    // suggest a key of the same name in another section.
     if section.contains('.') {
         return None;
     }

@@ -11,7 +11,7 @@ use crate::recipe::{Durability, ResonanceOf};
 /// least.
 const MOST_RESPONSES: usize = 10_000;
 
-/// Largest number of listed samples of a cycle. No history has more rows than this number.
+/// Largest number of listed samples of a cycle. A motion history has at most `MOST_SAMPLES` rows.
 const MOST_SAMPLES: usize = 1_000_000;
 
 keys! {
@@ -26,25 +26,25 @@ keys! {
     /// `output.keep.updates = true` keeps the iterations that updated the contact elements.
     KEEP_UPDATES: Boolean = "output.keep.updates", Is("true"), Boolean;
     /// Pressure, shear and slip over the steady cycle, written as table cycle_field. With output.cycle_fields = true,
-    /// all samples and cells are written; a table of keys selects a part of the samples and cells.
+    /// the table contains all samples and cells. A table of keys selects samples and cells.
     CYCLE_FIELDS: BooleanOrTable = "output.cycle_fields", Is("false"), BooleanOrTable("{ samples = [0, 16, 32], j = [20, 20], every = 10 }");
     /// Samples of the cycle to write, by their rows in the table cycle: 0 is t = 0. A cycle marched by reversal has
     /// three or four samples. A stepped cycle has one sample per step and one for t = T.
     CYCLE_FIELDS_SAMPLES: Integers = "output.cycle_fields.samples", Rule("all"), Integers(MOST_SAMPLES, "a list of different numbers of samples, such as [0, 16, 32]");
-    /// First and last cell along x whose fields over the cycle are written.
+    /// First and last cell along x in the table cycle_field.
     CYCLE_FIELDS_I: IntegerRange = "output.cycle_fields.i", Rule("all"), IntegerRange("[0, 63]");
-    /// First and last cell along y whose fields over the cycle are written.
+    /// First and last cell along y in the table cycle_field.
     CYCLE_FIELDS_J: IntegerRange = "output.cycle_fields.j", Rule("all"), IntegerRange("[20, 20]");
-    /// Interval, in iterations, at which fields over the cycle are written. The last iteration always writes these
-    /// fields.
+    /// Number of iterations between two writes of the table cycle_field. The last iteration of a run always writes the
+    /// table cycle_field.
     CYCLE_FIELDS_EVERY: Integer = "output.cycle_fields.every", Is("1"), integer(1, MOST_ITERATIONS, "10");
     /// Interval of indentation and hysteresis curves, in iterations; 0 means never.
     CURVES_EVERY: Integer = "output.curves_every", Is("10"), integer(0, MOST_ITERATIONS, "5");
     /// `output.stiffness = true` computes kn and kt of the joint at every iteration. Contact elements require kn and kt
     /// in any case.
     STIFFNESS: Boolean = "output.stiffness", Is("true"), Boolean;
-    /// Cycles at which a forced response of the worn joint is computed. This forced response does not affect the wear.
-    /// The first and the last cycle are always included.
+    /// Cycles at which a forced response of the worn joint is computed. The forced response at a cycle of
+    /// output.response_at does not affect the wear. The first and the last cycle are always included.
     RESPONSE_AT: Integers = "output.response_at", Is("[]"),
         Integers(MOST_RESPONSES, "a list of numbers of cycles in ascending order, such as [0, 1e6, 1e7]");
     /// States of wear for which the resonance is computed, with contact elements for the worn surface. Computing the
@@ -53,7 +53,7 @@ keys! {
         ("updates", ResonanceOf::Updates, "states of updates and of response_at, and the last state"),
         ("all", ResonanceOf::All, "all wear iterations, each with a response that does not affect the wear"),
     ]);
-    /// Time at which written data is synced to the disk, so that the data survives a loss of power. A killed run can
+    /// Time at which the program syncs written data to the disk. Synced data survives a loss of power. A killed run can
     /// continue with "commit" and with "end".
     DURABILITY: Choice<Durability> = "output.durability", Is("commit"), Choice(&[
         ("commit", Durability::Commit, "at every commit"),

@@ -36,7 +36,7 @@ keys! {
     DEPTH: Quantity = "structure.depth", Is("60 mm"), LENGTH, of ["resonator"];
     /// Length along x of the part of the arms that has the full depth.
     STUB_LENGTH: Quantity = "structure.stub_length", Is("8 mm"), LENGTH, of ["resonator"];
-    /// Clearance along x between the end of an arm and the other body.
+    /// Clearance along x between the end of the arm of one body and the opposite body.
     GAP_LENGTH: Quantity = "structure.gap_length", Is("6 mm"), LENGTH, of ["resonator"];
     /// Length of mass 1 along x.
     BLOCK_LENGTH: Quantity = "structure.block_length", Is("70 mm"), LENGTH, of ["resonator"];
@@ -83,8 +83,8 @@ keys! {
     FILE: FilePath = "structure.file", Rule("must be given, or structure.stiffness and structure.mass"), FilePath("matrices.npz"), of ["matrices", "mesh"];
     /// Format of the matrix files.
     FORMAT: Choice<&'static str> = "structure.format", Rule("by their content"), FILE_FORMATS, of ["matrices"];
-    /// Positions of the nodes: CSV with the columns node, x, y and z. The file of nodes is required if neither the
-    /// matrix files nor an input deck next to the matrix files contain the positions.
+    /// Positions of the nodes: CSV with the columns node, x, y and z. The file of nodes is required if no other file
+    /// contains the positions. The matrix files, or an input deck in the same folder, can contain the positions.
     NODES: FilePath = "structure.nodes", Absent, FilePath("nodes.csv"), of ["matrices"];
     /// Nodes of both bodies at the joint, as pairs or as two sets. A file of pairs is CSV with the columns upper_node,
     /// lower_node and optionally area.
@@ -93,7 +93,8 @@ keys! {
     INTERFACE_UPPER: Text = "structure.interface.upper", Required, Text("TOP");
     /// Set of nodes of the lower body at the joint.
     INTERFACE_LOWER: Text = "structure.interface.lower", Required, Text("BOTTOM");
-    /// Fixed degrees of freedom: sets, nodes, directions and rows, written as for fretwear inspect.
+    /// Fixed degrees of freedom, as a list of sets, nodes, node numbers with directions, and rows. The list has the
+    /// format of fretwear inspect.
     FIXED: Text = "structure.fixed", Rule("nothing"), Text("CLAMP, 12-20, 31.123"), of ["matrices", "mesh"];
     /// Normal of the joint, from the lower body into the upper body, in the axes of the model.
     NORMAL: List<3> = "structure.normal", Rule("from the positions of the nodes"), List(DIRECTION, Quantity(Dimension::NONE, ANY, "[0, 0, 1]"), None), of ["matrices", "mesh"];
@@ -107,7 +108,7 @@ keys! {
     UNIT_MASS: Unit = "structure.unit.mass", Is("kg"), Unit(Dimension::MASS, "t"), of ["matrices", "mesh"];
     /// Unit of time of the files of the structure.
     UNIT_TIME: Unit = "structure.unit.time", Is("s"), Unit(Dimension::TIME, "s"), of ["matrices", "mesh"];
-    /// Mass of an oscillator along x, y and z, or, for matrices, the file with the mass matrix.
+    /// Mass of an oscillator along x, y and z. With matrices, the key is the path of the mass matrix.
     MASS: ListOrPath<3> = "structure.mass", Rule("must be given; for matrices, or structure.file"),
         ListOrPath(List(XYZ, Quantity(Dimension::MASS, POSITIVE, "1 kg"), Some(FOR_ALL)), FilePath("model_MASS1.mtx")), of ["oscillator", "matrices"];
     /// Damping of an oscillator's dashpots along x, y and z. For a structure from matrices, structure.damping is the

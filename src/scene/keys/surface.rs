@@ -24,7 +24,8 @@ keys! {
         ("sphere", "sphere", "a sphere, its apex at height 0 in the middle of the joint"),
         ("file", "file", "a measured topography"),
     ]);
-    /// Root mean square height. The program scales the surface to exactly this root mean square height.
+    /// Root mean square height. The program scales the heights of the surface such that the root mean square height
+    /// equals surface.rq.
     RQ: Quantity = "surface.rq", Required, length("5 um"), of ["gaussian", "exponential", "self_affine"];
     /// Lengths along x and y at which the autocorrelation has fallen to 1/e.
     CORRELATION_LENGTH: List<2> = "surface.correlation_length", Required,
@@ -40,9 +41,10 @@ keys! {
     SEED: Integer = "surface.seed", Is("1"), integer(0, LARGEST_INTEGER, "2"), of ["gaussian", "exponential", "self_affine"];
     /// Radius of the sphere.
     RADIUS: Quantity = "surface.radius", Required, length("25 mm"), of ["sphere"];
-    /// File of the measured topography: X3P, SDF, SUR, AL3D, NPY, CSV, XYZ or Parquet. Axis 0 of an NPY array is x.
+    /// File of the measured topography in the format X3P, SDF, SUR, AL3D, NPY, CSV, XYZ or Parquet. Axis 0 of an NPY
+    /// array is x.
     PATH: FilePath = "surface.path", Required, FilePath("heights.npy"), of ["file"];
-    /// Unit of the heights, for a file that does not state it.
+    /// Unit of the heights, for a file that does not state the unit.
     UNIT: Unit = "surface.unit", Rule("that of the file"), Unit(Dimension::LENGTH, "um"), of ["file"];
     /// Trend that is subtracted from the heights.
     DETREND: Choice<Detrend> = "surface.detrend", Is("plane"), Choice(&[

@@ -52,7 +52,7 @@ pub trait Value {
     /// Reads the value, if it has this type and is within its range.
     fn read(&self, given: &GivenValue<'_>) -> Result<Self::Read>;
 
-    /// Returns the value as it is recorded in the canonical scene.
+    /// Converts a read value to the JSON value that the canonical scene records.
     fn recorded(&self, read: &Self::Read) -> Json {
         json!(read)
     }
@@ -105,7 +105,7 @@ pub fn parse_set_value(text: &str) -> Toml {
         .unwrap_or_else(|_| Toml::String(text.to_owned()))
 }
 
-/// Returns the text after `--set` as it is written in a file: unchanged if it is valid TOML, else as a TOML string.
+/// Returns the text after `--set` as a TOML value. Valid TOML stays unchanged, and other text becomes a TOML string.
 pub fn as_toml(text: &str) -> String {
     match text.parse::<Toml>() {
         Ok(_) => text.to_owned(),
@@ -113,7 +113,7 @@ pub fn as_toml(text: &str) -> String {
     }
 }
 
-/// Range of numbers, with its description.
+/// Range of numbers, and the description of the range.
 #[derive(Clone, Copy)]
 pub struct Check {
     range: (Bound<f64>, Bound<f64>),
@@ -278,13 +278,13 @@ where
     }
 }
 
-/// 2^63: below it, floats without a fraction, such as `1e6`, count as integers.
+/// Bound of integers, 2^63. A float below 2^63 without a fraction, such as `1e6`, counts as an integer.
 const INTEGER_END: f64 = 9_223_372_036_854_775_808.0;
 
-/// Largest integer that TOML can represent. Help does not display this integer as an upper bound.
+/// Largest integer that TOML can represent. Help pages do not show `LARGEST_INTEGER` as an upper bound.
 pub const LARGEST_INTEGER: u64 = i64::MAX as u64;
 
-/// Returns an integer, also if it is written as `1e6`.
+/// Returns the integer in a TOML integer, or in a TOML float without a fraction such as `1e6`.
 fn as_integer(value: &Toml) -> Option<i64> {
     match value {
         Toml::Integer(number) => Some(*number),

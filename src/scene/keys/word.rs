@@ -265,8 +265,8 @@ where
     }
 }
 
-/// True for a text that does not begin like a number, or that ends like a file name. A number with a wrong unit must be
-/// reported as a number.
+/// Returns true if the text does not begin like a number. Also returns true if the text ends like a file name. A number
+/// with a wrong unit must be reported as a number.
 fn is_like_path(text: &str) -> bool {
     let trimmed = text.trim_start();
     let is_number = trimmed.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c))
@@ -320,8 +320,8 @@ impl Value for Point {
     }
 }
 
-/// Table of keys, or a list of such tables, with an example. Reading only checks that the value may be a table or a
-/// list.
+/// Value that is a table of keys or a list of tables. The field is an example of the value. Reading only checks that
+/// the value may be a table or a list.
 pub struct Tables(pub &'static str);
 
 impl Tables {

@@ -25,7 +25,7 @@ const SAME: f64 = 1e-9;
 /// Most bytes of a motion history: a million samples as text.
 const LONGEST_HISTORY: u64 = 64 << 20;
 
-/// Error in a valid scene that cannot be run, because of the scene itself or of a file that it names.
+/// Error of a valid scene that cannot be run. The cause is the scene or an input file of the scene.
 #[derive(Debug, thiserror::Error)]
 pub enum InputError {
     /// The scene cannot be run.
@@ -224,7 +224,7 @@ impl Files {
             (None, _) => Motion::at_rest(0.0),
         };
         if let Some(conditions) = scene.contact.as_mut().and_then(|c| c.conditions.as_mut()) {
-            // A history may have its own loads.
+            // The loads in a history file override contact.normal_load.
             conditions.normal_load = motion.mean_load;
         }
         let inputs = Inputs {
@@ -249,9 +249,9 @@ impl Files {
     }
 }
 
-/// Reads the measured heights onto the cells of the joint, from the bytes of the surface file and of the second face,
-/// if there is one. Returns `None` for a generated surface. The map itself is dropped, because it may be much larger
-/// than the grid.
+/// Reads the measured heights from the bytes of the surface file, and interpolates the heights to the cells of the
+/// joint. If the surface has a second face, the function also reads the second face. Returns `None` for a generated
+/// surface. The function drops the map of the heights, because the map can be much larger than the grid.
 fn on_joint(
     rough: &RoughJoint,
     bytes: Vec<u8>,

@@ -1,7 +1,7 @@
 //! Planning of a scene: decides what a run computes.
 //!
-//! A [`Plan`] contains the recipe of a run. Planning computes nothing, so it costs a run no time, and equal scenes give
-//! equal plans on every machine. [`crate::rehearsal`] estimates the cost of a run on request.
+//! A [`Plan`] contains the recipe of a run. Planning runs no solver, so planning takes almost no time. Equal scenes
+//! give equal plans on every machine. [`crate::rehearsal`] estimates the cost of a run on request.
 
 pub mod element_table;
 mod files;
@@ -28,7 +28,7 @@ pub use structure_files::StructureFileError;
 /// Error in a valid scene that cannot be run.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum PlanError {
-    /// The cycle cannot be marched for this motion.
+    /// The program cannot march the cycle for the motion of the scene.
     #[error(transparent)]
     Cycle(#[from] CycleError),
     /// Normal and tangential contact are coupled, and the bodies move.
@@ -53,7 +53,7 @@ pub enum PlanError {
         /// Dundurs' β.
         beta: f64,
     },
-    /// The structure cannot press its joint.
+    /// The structure cannot press the two faces of the joint together.
     #[error(
         "`contact.pressing` cannot be \"structure\": {reason}; use \"punch\", or remove the key"
     )]
@@ -82,7 +82,7 @@ pub enum PlanError {
         "`contact.bolt_stiffness` and `contact.bolt` describe a bolt outside the structure, but its position is not given or the bolt is in the mesh; give contact.preload with head and nut, remove the key, or set contact.pressing = \"punch\""
     )]
     BoltOfStructure,
-    /// The dimensions of the bolt are not valid here.
+    /// The program cannot compute the bolt of `contact.bolt`, for the stated reason.
     #[error("`contact.bolt`: {reason}")]
     Bolt {
         /// The reason.
@@ -93,7 +93,7 @@ pub enum PlanError {
         "`wear.until.preload` ends a run when its bolt load falls, but this load is constant; give contact.bolt_stiffness, contact.bolt or contact.preload.in_mesh, or remove the key"
     )]
     LoadStays,
-    /// A value that this version does not support.
+    /// A value of a key that the program does not support.
     #[error("`{key}` is {value}, which this version does not compute; use {instead}")]
     NotAvailable {
         /// The key.
@@ -142,7 +142,7 @@ pub enum PlanError {
         "`fidelity.cycle` is \"superposition\", which moves all cells equally, but with `contact.stiffness` = \"sliders\" each contact element moves its own cells; use \"reversal\""
     )]
     SuperposedElements,
-    /// The pressure cap is too low for the load.
+    /// The pressure cap times the area of the joint is less than the normal load.
     #[error(
         "`contact.pressure_cap` = {cap:.6e} Pa on the joint's {area:.6e} m² carries {capacity:.6e} N; `contact.normal_load` is {load:.6e} N: lower the load or raise the cap"
     )]
@@ -203,7 +203,7 @@ pub enum PlanError {
         load: f64,
         /// Distance of the outermost cell \[mm\].
         reach: f64,
-        /// Friction limit \[N m\]: friction coefficient times normal load times this distance.
+        /// Friction limit \[N m\]: product of friction coefficient, normal load and `reach`.
         limit: f64,
     },
     /// No pressure can balance the moments.
@@ -211,11 +211,11 @@ pub enum PlanError {
         "`contact.moment` = {moment:?} N m moves the resultant of {load:.6e} N to {arm:.4?} mm from the joint's centre, but the joint only extends to {reach:.4?} mm: make the moment smaller or the load larger, or check whether its unit is N m or N mm"
     )]
     MomentNotCarried {
-        /// About x and y \[N m\].
+        /// Moments about x and y \[N m\].
         moment: [f64; 2],
         /// The least load of the cycle \[N\].
         load: f64,
-        /// Position of its resultant, x and y \[mm\].
+        /// Position of the resultant of the load, x and y \[mm\].
         arm: [f64; 2],
         /// Position of the outermost cells, x and y \[mm\].
         reach: [f64; 2],
@@ -238,7 +238,8 @@ pub enum PlanError {
     },
 }
 
-/// Plan of a run: its complete inputs, including the contents of its files, and the reasons.
+/// Plan of a run. The plan contains the inputs of the run and the reasons for the decisions. The inputs include the
+/// contents of all input files.
 #[derive(Debug, Clone)]
 pub struct Plan {
     /// The inputs of a run.
@@ -265,10 +266,10 @@ impl Plan {
 }
 
 impl Plan {
-    /// Reads the files of a scene, each once, and decides what it needs.
+    /// Reads each file of a scene once, and decides the computations of the run.
     ///
     /// # Errors
-    /// [`InputError`] for a file that cannot be used, and for a valid scene that cannot be run.
+    /// [`InputError`] if an input file is invalid, or if a valid scene cannot be run.
     pub fn of(scene: &Scene) -> Result<Plan, InputError> {
         let given_load = scene.rough().map(|rough| rough.conditions.normal_load);
         let Files {

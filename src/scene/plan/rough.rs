@@ -60,8 +60,8 @@ pub struct Contents {
     pub history: Option<(String, bool)>,
 }
 
-/// Kind of the contact elements. Elements with laws of their own are pairs of nodes, and the cells between the nodes
-/// move as the mesh does.
+/// Kind of the contact elements. Contact elements with individual friction laws are pairs of nodes, and the cells
+/// between the nodes move with the finite-element mesh.
 fn contact_ports(scene: &Scene) -> ContactPorts {
     let structure = scene.recipe.structure.as_ref();
     structure.map_or(ContactPorts::Faces, |structure| structure.contact_ports)
@@ -323,8 +323,9 @@ fn contact(scene: &Scene, rough: &RoughJoint) -> Result<recipe::Contact, PlanErr
     })
 }
 
-/// Decides how elastically different bodies are treated, and returns the reason. Rejects cycles and wear of such
-/// bodies: their pressure changes with the shear at every instant, but cycle and wear step assume constant pressure.
+/// Decides how elastically different bodies are treated, and returns the reason. Rejects cycles and wear of elastically
+/// different bodies. The cycle and the wear step assume constant pressure, but the pressure between elastically
+/// different bodies changes with the shear.
 fn coupling(scene: &Scene, rough: &RoughJoint) -> Result<(Coupling, String), PlanError> {
     let pair = rough.material.elastic;
     if !pair.is_coupled() {
@@ -428,7 +429,8 @@ fn cycle(
     }))
 }
 
-/// Returns the motion of a scene. Without harmonic motion it is a constant load.
+/// Returns the motion of a scene. If the scene has no harmonic motion, the returned motion is at rest under a constant
+/// load.
 pub(super) fn motion_of(scene: &Scene, contact: &Contact) -> Motion {
     let load = contact.normal_load();
     match &scene.motion {
@@ -604,8 +606,8 @@ fn check_force(motion: &Motion, friction_coefficient: f64) -> Result<(), PlanErr
     Ok(())
 }
 
-/// Checks that a moment about z stays below the friction limit at every instant, even with all of the load on the
-/// outermost cell.
+/// Checks that a moment about z stays below the friction limit at every instant. The friction limit assumes that the
+/// outermost cell bears the whole load.
 fn check_torsion(
     motion: &Motion,
     patch: &Patch,

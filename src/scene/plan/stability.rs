@@ -6,10 +6,11 @@ use crate::contact::cell_integrals;
 use crate::recipe::Recipe;
 use crate::wear::explicit;
 
-/// Returns the explicit step depth of a recipe \[m\], and the largest stable one under this pressure \[Pa\] on its
-/// cells. The step depth d is the wear of the fastest-wearing cell, which has the pressure p. Every cell with the same
-/// slip path has N α µ·(slip path) = d/p. The explicit step is stable if d/p is at most twice the smallest eigenvalue
-/// of the compliance. Returns `None` without an explicit step of a given depth.
+/// Returns the explicit step depth of a recipe \[m\], and the largest stable step depth \[m\]. The largest stable step
+/// depth applies to cells with the pressure `pressure` \[Pa\]. The step depth d is the wear of the fastest-wearing
+/// cell, which has the pressure p. Every cell with the same slip path has N α µ·(slip path) = d/p. The explicit step is
+/// stable if d/p is at most twice the smallest eigenvalue of the compliance. Returns `None` without an explicit step of
+/// a given depth.
 fn explicit_step(recipe: &Recipe, pressure: f64) -> Option<[f64; 2]> {
     let (wear, contact) = (recipe.wear.as_ref()?, recipe.contact()?);
     let depth_step = wear.depth_step.filter(|_| wear.scheme.is_explicit())?;
@@ -32,7 +33,7 @@ pub(super) fn warning(recipe: &Recipe) -> Option<String> {
 }
 
 /// Warns of an explicit step that is unstable from the beginning or becomes unstable. `peak` is the largest pressure of
-/// the unworn contact, `mean` the mean pressure of the worn one \[Pa\].
+/// the unworn contact, `mean` the mean pressure of the worn contact \[Pa\].
 pub fn unstable_explicit_step(recipe: &Recipe, peak: f64, mean: f64) -> Option<String> {
     let [depth_step, at_first] = explicit_step(recipe, peak)?;
     let [_, at_last] = explicit_step(recipe, mean)?;

@@ -132,7 +132,8 @@ fn rough(reader: &Reader<'_>, body: Body) -> Result<Contact> {
     })
 }
 
-/// Reads the bolt by its dimensions. The modulus of its clamped parts is set later, from the lower body.
+/// Reads the dimensions of the bolt in `[contact.bolt]`. The plan later sets the modulus of the clamped parts to the
+/// modulus of the lower body.
 fn bolt(reader: &Reader<'_>) -> Result<Option<BoltedJoint>> {
     if !reader.has("contact.bolt") {
         return Ok(None);

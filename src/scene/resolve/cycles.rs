@@ -9,7 +9,7 @@ use crate::scene::{
 use crate::units::has_force;
 use crate::wear::{Harmonic, HarmonicMotion};
 
-/// Largest wear depth of an explicit step of the `paper` preset \[m\]: the value of [A §4a] at Rq 5 and 10 µm.
+/// Largest wear depth of an explicit step of the `paper` preset \[m\]. [A §4a] uses the same value at Rq 5 and 10 µm.
 const PAPER_DEPTH_STEP: f64 = 1e-7;
 
 pub(super) fn motion(reader: &Reader<'_>, contact: &Contact) -> Result<Option<Motion>> {
@@ -170,8 +170,8 @@ fn check_wear(reader: &Reader<'_>, body: Body) -> Result<()> {
     Ok(())
 }
 
-/// Returns the worn volume per dissipated energy \[m³/J\] from the given coefficient. By Archard's law, dV = k N ds, it
-/// is α = k/µ, because the energy is µ N ds.
+/// Returns the worn volume per dissipated energy \[m³/J\] from the given coefficient. By Archard's law, the worn volume
+/// is dV = k N ds. The friction energy is µ N ds, so that α = k/µ.
 fn alpha(reader: &Reader<'_>, contact: Option<&Contact>) -> Result<f64> {
     let coefficient = reader.required_unrecorded(&COEFFICIENT)?;
     let alpha = match reader.peek(&LAW)? {

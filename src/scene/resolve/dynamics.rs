@@ -19,8 +19,8 @@ const FIRST_HARMONICS: [u32; 4] = [0, 1, 2, 3];
 const STEEL_DAMPING: f64 = 0.002;
 /// Default lower end of the forced response of an oscillator, relative to the natural frequency without contact.
 const FROM_FREE: f64 = 0.5;
-/// Default lower end of the forced response of an oscillator that only the contact supports, relative to the natural
-/// frequency with the contact springs.
+/// Default lower end of the forced response, divided by the natural frequency with the contact springs. The default
+/// applies to an oscillator that only the contact supports.
 const FROM_STUCK: f64 = 0.3;
 /// Default upper end of the forced response of an oscillator, relative to the natural frequency with the contact
 /// springs.

@@ -18,15 +18,16 @@ fn steps_for(error: f64) -> usize {
 const NORMAL: (f64, f64) = (1e-10, 1e-5);
 
 /// Tolerance of the cycles, tangential and closing, as a fraction of `fidelity.tolerance`. The errors of wear steps and
-/// solves must keep the worn volume within the requested error. The factors follow from the error bar, which is twice
-/// the difference from the coarse trajectory plus the duality gap of the cycles. The difference is at most four times
-/// the step tolerance; with a structure the bar has three times the estimated step errors instead. A tenth of the error
-/// is left for the cycles.
+/// solves must keep the worn volume within the requested error. The factors follow from the error bar of the worn
+/// volume. The error bar is twice the difference from the coarse trajectory, plus the duality gap of the cycles. The
+/// difference from the coarse trajectory is at most four times the step tolerance. With a structure, the error bar
+/// contains three times the estimated step errors in place of twice the difference. The cycles may cause a tenth of the
+/// requested error.
 const OF_CYCLES: f64 = 0.1;
 /// Tolerance of the wear steps, see [`OF_CYCLES`].
 const OF_STEPS: f64 = 0.25;
-/// Normal tolerance, see [`OF_CYCLES`]. The error of a pressure is the normal tolerance times the peak pressure, which
-/// is about a hundred times the mean pressure.
+/// Normal tolerance, see [`OF_CYCLES`]. The error of a pressure is the normal tolerance times the peak pressure. The
+/// peak pressure is about a hundred times the mean pressure.
 const OF_PRESSURE: f64 = 1e-4;
 
 pub(super) fn fidelity(reader: &Reader<'_>) -> Result<Fidelity> {
@@ -51,7 +52,7 @@ pub(super) fn fidelity(reader: &Reader<'_>) -> Result<Fidelity> {
         // The default is not recorded, because it has no effect for bodies of the same material.
         reader.note(&LOAD_STEPS, load_steps);
     }
-    // With a vibration, this record is replaced once the harmonics are known.
+    // If the joint vibrates, the program replaces the recorded number of samples once the harmonics are known.
     reader.note(&AFT_SAMPLES, least_samples(reader, target, preset)?);
     Ok(Fidelity {
         preset,

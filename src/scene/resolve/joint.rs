@@ -201,7 +201,7 @@ pub(super) fn material(reader: &Reader<'_>, body: Body) -> Result<Option<Bodies>
     }))
 }
 
-/// Checks that the joint has cells, that the motion is short enough, and that the pressure cap allows the load.
+/// Checks that the joint has cells and that the motion is not too long. Checks that the pressure cap permits the load.
 pub(super) fn check_patch(reader: &Reader<'_>, scene: &Scene) -> Result<()> {
     let Some(rough) = scene.rough() else {
         return Ok(());

@@ -41,12 +41,12 @@ enum Body {
 
 pub(super) fn scene(tree: &Node, name: String) -> Result<Scene> {
     let reader = Reader::new(tree);
-    // Check this first, because the keys of an unavailable kind are unknown.
+    // The reader rejects an unavailable kind of structure first, because the keys of an unavailable kind are unknown.
     let only = "only \"resonator\", \"matrices\", \"mesh\" and \"oscillator\" are";
     reader.refuse_words(&KIND, &["reduced"], only)?;
     let mut faults = Faults::default();
     let scene = sections(&reader, name, &mut faults);
-    // The sections give more specific faults than this check, so their faults come first.
+    // The sections report more specific faults than `check_keys`, so the faults of the sections come first.
     faults.value_or_record(reader.check_keys());
     faults.end_sorted()?;
     match scene {
@@ -170,7 +170,8 @@ fn body(reader: &Reader<'_>) -> Result<Body> {
     })
 }
 
-/// Reads the surface, if the scene has one. The contact decides whether it must or may have one.
+/// Reads the surface of a scene. A scene that has a joint but no structure must have a surface. A scene with a
+/// structure may omit the surface.
 fn surface(
     reader: &Reader<'_>,
     body: Body,

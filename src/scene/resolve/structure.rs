@@ -15,7 +15,7 @@ use crate::structure::interface::JointRequirements;
 use crate::structure::matrices::Role;
 use crate::structure::reduction::ContactPorts;
 
-/// Number of directions of motion of an oscillator. All of them are kept as modes.
+/// Number of directions of motion of an oscillator. The reduction keeps all three directions of motion as modes.
 const OSCILLATOR_MODES: usize = 3;
 /// Most cells of the box around a mesh. The factors of larger matrices take some hundred gigabytes.
 const MOST_CELLS: f64 = 4e6;

@@ -12,7 +12,7 @@ pub(super) fn first_lines() -> String {
     lines(&[&KIND, &RQ, &CORRELATION_LENGTH])
 }
 
-/// Reads the surface of a joint. `longer` is the length of its longer side \[m\].
+/// Reads the surface of a joint. The argument `longer` is the length of the longer side of the joint \[m\].
 pub(super) fn surface(reader: &Reader<'_>, longer: f64) -> Result<Surface> {
     if !reader.has("surface") {
         return Err(reader.missing_section(

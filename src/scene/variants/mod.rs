@@ -1,8 +1,8 @@
 //! Variants of a scene that differ in accuracy and cost: the presets, and the preset `balanced` with one knob changed.
 //!
 //! A variant consists only of `--set` options: [`Variant::sets`] are laid over the scene, so any run can reproduce it.
-//! The accuracy settings of the scene itself are removed from the variants, because these settings are what the
-//! variants change. The variant [`AS_WRITTEN`] keeps them.
+//! The function [`load`] replaces the accuracy settings of the scene by the accuracy settings of the variant. The
+//! variant [`AS_WRITTEN`] keeps the accuracy settings of the scene.
 
 mod values;
 
@@ -21,7 +21,7 @@ pub const FAST: &str = "fast";
 /// The variant with which the others are compared.
 pub const REFERENCE: &str = "reference";
 
-/// The scene with its own accuracy settings.
+/// Name of the variant that keeps the accuracy settings of the scene.
 pub const AS_WRITTEN: &str = "as_written";
 
 /// A repetition of `balanced`: the difference in run time is noise.
@@ -36,7 +36,7 @@ pub enum KnobKind {
     Solver,
     /// Discretisation of the continuous equations: results that depend on it are not converged.
     Discretisation,
-    /// Choice of the model: its differences are not errors.
+    /// Choice of the model: differences between the results of two models are not errors.
     Model,
     /// No knob: the same run again.
     Repeat,
@@ -82,8 +82,8 @@ pub const KNOBS: [Knob; 16] = [
     knob(&joint::GRID, KnobKind::Discretisation),
 ];
 
-/// The knob that changes the model. The variants include this knob, although the contact stiffness is not an accuracy
-/// setting.
+/// The knob that changes the model. The variants include the knob `contact.stiffness`, although the contact stiffness
+/// is not an accuracy setting.
 pub const STIFFNESS: Knob = knob(&contact::STIFFNESS, KnobKind::Model);
 
 /// One run of a scene with changed settings.
@@ -97,10 +97,10 @@ pub struct Variant {
     pub kind: KnobKind,
     /// Value of the knob.
     pub value: String,
-    /// Measure of fineness: cells, harmonics, modes, steps, samples, or 1 over a tolerance; 0 if the values have no
-    /// order.
+    /// Measure of fineness: a number of cells, harmonics, modes, steps or samples, or 1 divided by a tolerance. The
+    /// measure is 0 if the values have no order.
     pub size: f64,
-    /// `key=value`, as after `--set`.
+    /// Options of the variant as `key=value`, in the form after `--set`.
     pub sets: Vec<String>,
 }
 
@@ -145,8 +145,8 @@ pub struct Variants {
     pub skipped: Vec<SkippedVariant>,
 }
 
-/// Lists the keys of accuracy, as section and name. Spatial grids are not among them, and neither is a given number of
-/// time steps.
+/// Lists the keys of accuracy, as section and name. The list omits the keys of spatial grids and the key of the number
+/// of time steps.
 fn accuracy_keys() -> impl Iterator<Item = (&'static str, &'static str)> {
     let own = keys::children("fidelity")
         .into_iter()
@@ -158,7 +158,7 @@ fn accuracy_keys() -> impl Iterator<Item = (&'static str, &'static str)> {
 /// Reads a scene like [`super::load`], with the settings of a variant.
 ///
 /// # Errors
-/// As for [`super::load`], also if the scene does not allow the variant.
+/// Returns the errors of [`super::load`], and an error if the scene does not allow the variant.
 pub fn load(path: &Path, sets: &[String], variant: &Variant) -> Result<Scene, SceneError> {
     let all: Vec<String> = sets.iter().chain(&variant.sets).cloned().collect();
     let mut tree = document::read(path, &all)?;
@@ -192,7 +192,7 @@ pub fn again() -> Variant {
     }
 }
 
-/// Returns the presets that are compared with each other over many scenes.
+/// Returns the presets for the comparison over many scenes.
 pub fn presets() -> [Variant; 3] {
     [FAST, BALANCED, REFERENCE].map(preset)
 }
@@ -322,8 +322,8 @@ impl Variants {
     }
 }
 
-/// Returns a name that is valid on every file system and does not look like `name=value`, which readers take for a
-/// column.
+/// Returns a folder name that is valid on every file system. The name does not look like `name=value`, because readers
+/// of tables read a column from a name like `name=value`.
 fn folder(knob: &str, value: &str) -> String {
     let mut name = knob.to_owned();
     let mut gap = true;

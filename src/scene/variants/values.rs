@@ -9,8 +9,8 @@ use crate::wear::cycle::March;
 /// Tried tolerances of the worn volume.
 const TOLERANCES: [f64; 3] = [0.05, 0.01, 0.002];
 
-/// Depths of wear steps to try without error control if the scene gives no depth: the published depth, and ten times
-/// that depth.
+/// Depths of wear steps without error control, for a scene without a depth: the published depth, and ten times the
+/// published depth.
 const DEPTH_STEPS: [&str; 2] = ["0.1 um", "1 um"];
 
 /// Fewest cells per side. Coarser grids resolve no roughness.
@@ -273,8 +273,8 @@ fn harmonics(response: &Response) -> Values {
     values
 }
 
-/// Tries slightly fewer and more elements. The hole of a resonator is a fixed number of elements of any size, so very
-/// different numbers would change the joint.
+/// Tries slightly fewer and more elements. The hole of a resonator covers a fixed number of elements, so a very
+/// different number of elements would change the hole.
 fn elements(scene: &Scene) -> Values {
     let Some([nx, ny]) = scene.joint.as_ref().and_then(|joint| joint.elements) else {
         return Values::default();

@@ -97,7 +97,7 @@ pub struct ImportedStructure {
     outline: Vec<Vec<(i64, [f64; 3])>>,
 }
 
-/// Ends of a preload and its direction.
+/// Two end points of a bolt preload, and the direction of the preload.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct EndsOfPreload {
     /// Names of the two points.
@@ -420,7 +420,8 @@ impl ImportedStructure {
     /// Returns the median normal stiffness of single nodes of the joint over the shorter side of a contact element
     /// \[Pa\].
     ///
-    /// This quotient is near Young's modulus for any mesh. Returns `None` for a bonded joint.
+    /// The quotient of normal stiffness and shorter side is near Young's modulus for any mesh. Returns `None` for a
+    /// bonded joint.
     pub fn apparent_modulus(&self) -> Option<f64> {
         let interface = self.interface.as_ref()?;
         let mut diagonal = vec![0.0; self.rows];
@@ -456,11 +457,11 @@ impl ImportedStructure {
         !self.outline.is_empty()
     }
 
-    /// Returns the ports: three for each contact element along the axes of the joint, then three for each point along
-    /// the axes of the model.
+    /// Returns the ports of the structure. Each contact element has three ports along the axes of the joint. After the
+    /// contact elements, each point has three ports along the axes of the model.
     ///
     /// # Errors
-    /// [`InterfaceError`] for a contact element without nodes around it.
+    /// [`InterfaceError`] if no nodes are near a contact element.
     pub fn ports(&self, at: ContactPorts) -> Result<Ports, InterfaceError> {
         let (mut combinations, mut contacts) = (Vec::new(), 0);
         if let Some(interface) = &self.interface {

@@ -113,7 +113,7 @@ pub(super) fn no_set(matrices: &Matrices, key: &'static str, name: &str) -> Impo
     }
 }
 
-/// Point: its name, and its nodes with their weights, which sum to one.
+/// Name of a point, and the nodes of the point with their weights, which sum to one.
 pub(super) type NodePoint = (String, Vec<(i64, f64)>);
 
 /// Returns the point with the mean displacement of the nodes that a scene names.
@@ -126,7 +126,7 @@ pub(super) fn point(matrices: &Matrices, name: &str) -> Result<NodePoint, Import
     ))
 }
 
-/// End of a preload, and its centroid \[m\].
+/// End point of a bolt preload, and the centroid of the end \[m\].
 pub(super) type End = (NodePoint, [f64; 3]);
 
 /// Returns the name of an end of a preload. The name of an end differs from the name of the point with the same nodes.
@@ -136,8 +136,8 @@ fn preload_end_name(name: &str) -> String {
 
 /// Returns both ends of a preload and their centroids, and whether the areas of the nodes are known.
 ///
-/// The nodes are weighted by area. An outer face counts if all of its corners are among the nodes, and gives each
-/// corner an equal part of its area.
+/// The nodes of an end are weighted by area. An outer face belongs to an end if all corners of the face are nodes of
+/// the end. The area of the face is divided equally among the corners of the face.
 pub(super) fn ends_of_preload(
     matrices: &Matrices,
     names: &[String; 2],
@@ -157,8 +157,8 @@ pub(super) fn ends_of_preload(
                 .iter()
                 .map(|n| positions(*n))
                 .collect::<Result<Vec<_>, _>>()?;
-            // The product of the diagonals is twice the area of a quadrangle. For a triangle these are two of its
-            // sides.
+            // The cross product of the diagonals of a quadrangle is twice its area. The code takes two sides of a
+            // triangle as its diagonals.
             let at = |k: usize| at[k % at.len()];
             let normal = cross(minus(at(2), at(0)), minus(at(3), at(1)));
             let area = dot(normal, normal).sqrt() / face.len() as f64;
@@ -202,12 +202,12 @@ fn nodes_of(matrices: &Matrices, key: &'static str, name: &str) -> Result<Vec<i6
 /// Largest distance of two nodes that are merged, as a share of the longest side of the box around their face.
 const SAME_PLACE: f64 = 1e-4;
 
-/// Merges each upper node with the lower node that it faces: the other node of its pair, or the node at its place.
-/// Returns the new number of rows.
+/// Merges each upper node with the lower node that the upper node faces. The two nodes are a pair of
+/// [`FacingNodes::Pairs`], or have the same position. Returns the new number of rows.
 ///
 /// # Errors
-/// [`ImportError::NotNodeForNode`] for a node that faces no other; [`ImportError::NoRow`] for a node that lacks a
-/// displacement.
+/// [`ImportError::NotNodeForNode`] if a node does not face a node of the other body. [`ImportError::NoRow`] if the
+/// matrices lack a displacement of a node.
 pub(super) fn merge_facing_nodes(
     dofs: &[Dof],
     facing: &FacingNodes,
@@ -270,7 +270,7 @@ pub(super) fn merge_facing_nodes(
     Ok(used.len())
 }
 
-/// Returns the positions of the other nodes that the stiffness connects to each side of the joint, as far as known.
+/// Returns the known positions of the nodes outside the joint that the stiffness connects to each side of the joint.
 pub(super) fn neighbours(
     sides: [&Side; 2],
     stiffness: &Lower,

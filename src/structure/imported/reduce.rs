@@ -12,22 +12,25 @@ use crate::structure::reduction::{
     ContactPorts, ModesAtPorts, ReducedStructure, reduce_with_modes,
 };
 
-/// Block size of the Lanczos process: a free body has this many rigid modes.
+/// Block size of the Lanczos process, equal to the number of rigid modes of a free body.
 const BODY: usize = 6;
-/// Range of the usual shift of a mesh, as multiples of the lowest elastic ω², in which it is used.
+/// Range of the usual shift of a mesh, as multiples of the lowest elastic ω². The usual shift is used only in the range
+/// `USUAL`.
 const USUAL: [f64; 2] = [1e-4, 100.0];
-/// A negative eigenvalue of a damping matrix below this share of the largest is rounding.
+/// The check of a damping matrix ignores a negative eigenvalue below `NEGATIVE` times the largest eigenvalue, because
+/// of rounding.
 const NEGATIVE: f64 = 1e-9;
 /// Number of elastic modes that are computed to find the lowest.
 const LOWEST: usize = 1;
 const AXES_OF_MODEL: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
 impl ImportedStructure {
-    /// Reduces the structure to its ports: its lowest `count` elastic modes, or all if it has fewer, and the residual
-    /// of the others. `reduce` also returns the edges of the bodies in the modes, if the files have elements.
+    /// Reduces the structure to its ports, with the lowest `count` elastic modes and the residual of the higher modes.
+    /// A structure with fewer elastic modes keeps all modes. `reduce` returns the edges of the bodies in the modes if
+    /// the files have elements.
     ///
     /// # Errors
-    /// [`ImportError`] for matrices that are no valid structure, and for modes that do not converge.
+    /// [`ImportError`] if the matrices do not define a valid structure, or if the modes do not converge.
     pub fn reduce(
         &self,
         count: usize,
@@ -151,7 +154,8 @@ impl ImportedStructure {
         Ok((reduced, outline))
     }
 
-    /// Computes an elimination order of the rows that ends with the rows of the ports, and the number of these rows.
+    /// Computes an elimination order of the rows that ends with the rows of the ports. `elimination` returns the order
+    /// and the number of rows of the ports.
     ///
     /// # Errors
     /// As [`elimination_order`].
@@ -188,7 +192,7 @@ impl ImportedStructure {
         Ok([stiffness.len(), mass.len(), factor, port_rows])
     }
 
-    /// Returns the edges of the bodies in these modes, along the axes of the joint. `None` without elements.
+    /// Returns the displaced edges of the bodies in `modes`, along the axes of the joint. `None` without elements.
     fn outline_in(&self, modes: &Matrix) -> Option<Outline> {
         let points: Vec<&(i64, [f64; 3])> = self.outline.iter().flatten().collect();
         let joint = self.interface.as_ref();
@@ -230,8 +234,8 @@ fn rayleigh(stiffness: &SparseSymmetric, shapes: &Matrix) -> Vec<f64> {
     (0..shapes.columns()).map(|r| energies[(r, r)]).collect()
 }
 
-/// Returns the shift of an assembled mesh, if it is in the range [`USUAL`] around the lowest elastic ω², else that
-/// ω².
+/// Returns the shift for the modes. The shift is the usual shift of a mesh, if the ratio of the usual shift to the
+/// lowest elastic ω² is in the range [`USUAL`]. Otherwise the shift is the lowest elastic ω².
 ///
 /// The usual shift makes the results of a structure independent of the way it is imported.
 fn shift_near(first: f64, stiffness: &SparseSymmetric, mass: &SparseSymmetric) -> f64 {

@@ -1,11 +1,12 @@
-//! Rows of imported matrices: their degrees of freedom, and which rows are used.
+//! Degrees of freedom of the rows of imported matrices, and the list of the rows that are used.
 
 use super::ImportError;
 use crate::structure::frequencies::bodies;
 use crate::structure::matrices::{Dof, Matrices, Triplets};
 
-/// Assigns degrees of freedom to the rows if the files have not: x, y, z of each node in `order`, then the rotations
-/// about them if a node has six rows.
+/// Assigns degrees of freedom to the rows if the files do not assign them. The nodes are in the order `order`. Each
+/// node has three displacements along x, y and z. If a node has six rows, the rotations about x, y and z follow the
+/// displacements.
 ///
 /// # Errors
 /// [`ImportError::NoDofs`] unless there are three or six rows for each node.

@@ -120,7 +120,7 @@ pub enum InterfaceError {
         /// Largest distance of a node from the middle of the joint \[mm\].
         across: f64,
     },
-    /// A contact element has too few nodes around it.
+    /// The body has too few nodes around a contact element.
     #[error(
         "the contact element at ({:.4}, {:.4}) mm has too few nodes of the {side} body around it; make joint.elements smaller", .at[0], .at[1]
     )]

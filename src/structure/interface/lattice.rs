@@ -5,8 +5,9 @@ use std::collections::HashSet;
 use super::OFF;
 use crate::structure::contact_array::{ContactArray, corners_of};
 
-/// A rectangle belongs to the joint if its centre is nearer to a node than this times the square root of the node's
-/// area. In an array of squares, the distance from a corner to the centre is 0.71 of it.
+/// A rectangle belongs to the joint if a node is near its centre. The limit of the distance is `COVERED` times the
+/// square root of the area of the node. In an array of squares, the distance from a corner to the centre is 0.71 times
+/// the side of a square.
 const COVERED: f64 = 0.75;
 /// Number of neighbours of a node in an array of squares.
 const AROUND: usize = 4;

@@ -17,7 +17,7 @@ pub(super) fn layers(
     let sides = array.sides();
     let least = OFF * sides[0].min(sides[1]);
     let inside = |d: usize, v: f64| v.abs() <= 0.5 * array.size[d] + least;
-    // The map is ordered, so that every machine picks the same one of columns that differ by rounding.
+    // Some columns of nodes differ only by rounding. The map is ordered, so that every machine selects the same column.
     let mut columns: BTreeMap<[i64; 3], Vec<f64>> = BTreeMap::new();
     let mut nearest = [f64::INFINITY; 2];
     for p in all {

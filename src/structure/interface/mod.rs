@@ -1,13 +1,15 @@
 //! Joint of a finite-element model: facing nodes of two bodies in a plane of any orientation.
 //!
-//! The axes of the joint are x and y in the plane and z along the normal, from the lower body into the upper one. The
-//! origin is the middle of the rectangle around the upper nodes. Contact elements form an array of equal rectangles.
+//! The axes x and y are in the plane of the joint. The axis z is along the normal, from the lower body into the upper
+//! body. The origin is the middle of the rectangle around the upper nodes. Contact elements form an array of equal
+//! rectangles.
 //!
-//! If the nodes are the corners of such an array, the joint uses this array. The array may have holes and any outline.
-//! A contact element at nodes is then one node of each body. If the nodes form no array, the scene gives the array, and
-//! the displacement of a contact element is a weighted mean over the nodes around the element. The weights reproduce
-//! every displacement that is linear over the joint. The nodes of the bodies therefore need not match, and forces keep
-//! their resultant and moments.
+//! The nodes can be the corners of an array of equal rectangles. The array of the contact elements is then the array of
+//! the nodes. The array of the nodes can have holes and any outline. A contact element at nodes then consists of one
+//! node of each body. If the nodes form no array, the scene defines the array of the contact elements. The displacement
+//! of a contact element is then a weighted mean of the displacements of nearby nodes. If the displacements of the nodes
+//! are a linear function of position, the weighted mean equals the linear function. Because of these weights, the nodes
+//! of the two bodies need not match, and forces keep their resultant and moments.
 
 mod error;
 mod lattice;
@@ -27,17 +29,17 @@ use layers::layers;
 use plane::Plane;
 use weights::node_weights;
 
-/// Tolerance of nodes from their plane and from a regular array, as a share of the size. The tolerance allows for
-/// rounding and for the digits of a deck.
+/// Largest permitted distance of a node from the plane of the joint or from a regular array. The unit of the distance
+/// is the size of the joint. The tolerance allows for rounding and for the digits of a deck.
 const OFF: f64 = 2e-3;
-/// Tolerance of the size of the joint in the scene, as a share. Half a contact element is also allowed for an
-/// irregular mesh.
+/// Tolerance of the size of the joint in the scene, as a share. For an irregular mesh, the size of the joint may also
+/// differ by half a contact element.
 const OTHER_SIZE: f64 = 0.01;
 /// Largest overhang of the upper face beyond the lower one, in sides of a contact element.
 const OVERHANG: f64 = 0.05;
-/// Tolerance of the total area of the nodes, as a share of the area of the contact elements.
+/// Largest relative difference between the total area of the nodes and the area of the contact elements.
 const OTHER_AREA: f64 = 0.25;
-/// The nodes around a contact element are on a line if the ratio of their second moments is below this.
+/// The nodes around a contact element are on a line if the ratio of their second moments is below `LINE`.
 const LINE: f64 = 1e-3;
 const MM: f64 = 1e-3;
 const SIDES: [&str; 2] = ["lower", "upper"];
@@ -116,7 +118,7 @@ impl Interface {
     /// form no array. `all` are the positions of all nodes of the model.
     ///
     /// # Errors
-    /// [`InterfaceError`] for nodes that are not in a plane, and for a joint that does not match the scene.
+    /// [`InterfaceError`] if the nodes are not in a plane, or if the joint does not match the scene.
     pub fn find(
         [lower, upper]: [&Side; 2],
         all: &[[f64; 3]],
@@ -177,7 +179,7 @@ impl Interface {
         let below: Vec<[f64; 2]> = lower.positions.iter().map(project).collect();
         let below = lattice::span(&below);
         let overhang = |d: usize| (below[d][0] - span[d][0]).max(span[d][1] - below[d][1]);
-        // Without its own array, a face has only about the outline of the other.
+        // If the nodes of a face form no array, the outlines of the two faces agree only roughly.
         let share = if lattice.is_some() { OVERHANG } else { 0.5 };
         if let Some(d) = (0..2).find(|d| overhang(*d) > share * size[*d] / counts[*d] as f64) {
             return Err(InterfaceError::Overhang {
@@ -261,7 +263,7 @@ impl Interface {
     /// into `side`.
     ///
     /// # Errors
-    /// [`InterfaceError::NoNodes`] for a contact element with too few nodes around it.
+    /// [`InterfaceError::NoNodes`] if a body has too few nodes around a contact element.
     pub fn weights(
         &self,
         side: &Side,

@@ -1,4 +1,4 @@
-//! Plane of the joint, its normal and its axes.
+//! Plane of the joint, its normal direction, and the axes of the joint in the plane.
 
 use super::lattice::Lattice;
 use super::{InterfaceError, JointRequirements, LINE, MM, OFF, SIDES, Side};
@@ -59,7 +59,7 @@ impl Plane {
                 across: across / MM,
             });
         }
-        // One face may be larger than the other, but some lower node must be under the upper face.
+        // The upper and the lower face may differ in size, but some lower node must be under the upper face.
         let distance_in_plane = |p: &[f64; 3]| {
             let d = minus(*p, middle);
             let out = dot(d, normal);
@@ -124,7 +124,9 @@ impl Plane {
     /// Returns the unit vectors of x, y and z.
     ///
     /// The x axis of the joint is along the direction that the scene gives. If the scene gives no direction, the x axis
-    /// is along an array of the nodes, or along the x axis of the model in the plane (the y axis if x is the normal).
+    /// of the joint is along an array of the nodes. If the nodes form no array, the x axis of the joint is the
+    /// projection of the x axis of the model. If the x axis of the model is nearly normal to the joint, the y axis of
+    /// the model is used.
     pub fn axes_along(
         &self,
         positions: &[[f64; 3]],

@@ -4,13 +4,13 @@ use super::{LINE, OFF};
 
 /// Radii of the weights around a contact element, in sides of the array. The first radius with enough nodes is used.
 const REACHES: [f64; 5] = [1.0, 1.5, 2.0, 3.0, 4.5];
-/// A weight below this share of the largest is rounding.
+/// The interpolation ignores a weight below `NO_WEIGHT` times the largest weight, because of rounding.
 const NO_WEIGHT: f64 = 1e-9;
 /// Limit of the sum of the negative weights. All weights sum to one.
 const NEGATIVE: f64 = -0.5;
 
-/// Computes the weights of the nodes around a place: a tent function times the area of the node, corrected to
-/// reproduce linear functions.
+/// Computes the weights of the nodes around a place. A weight is a tent function times the area of the node. The
+/// weights are corrected so that the weighted mean of a linear function is exact.
 pub(super) fn node_weights(
     place: [f64; 2],
     sides: [f64; 2],

@@ -1,4 +1,5 @@
-//! Abaqus matrices: `*MATRIX OUTPUT` by labels (node, direction, node, direction, value), and substructures.
+//! Abaqus matrices from `*MATRIX OUTPUT` or from substructures. Each line of `*MATRIX OUTPUT` has a node, a direction,
+//! a second node, a second direction and a value.
 
 use std::collections::HashMap;
 

@@ -1,8 +1,9 @@
 //! ANSYS `.full` files.
 //!
-//! The file is a sequence of records of 4-byte words. Each record has its length before and after it. Two headers are
-//! followed by the nodes in the order of the equations. After the nodes, the file has for each equation the column
-//! numbers of its upper triangle, its own number last, and the values. Fixed degrees of freedom are unit rows.
+//! The file is a sequence of records of 4-byte words. The file stores the length of each record before and after the
+//! record. Two headers are followed by the nodes in the order of the equations. After the nodes, the file has one row
+//! of the upper triangle per equation. A row has the column numbers, with the number of the equation last, and the
+//! values. Fixed degrees of freedom are unit rows.
 
 use super::error::ReadProblem;
 use super::{NamedMatrix, ParsedFile, entries, rows};

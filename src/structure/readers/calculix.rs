@@ -1,5 +1,6 @@
-//! CalculiX matrices (`SOLVER=MATRIXSTORAGE`): `.sti` and `.mas` have lines `row column value` of one triangle, and
-//! `.dof` has a line `node.direction` per row. The coordinate format of Abaqus has the same lines for both triangles.
+//! CalculiX matrices (`SOLVER=MATRIXSTORAGE`). The files `.sti` and `.mas` have the lines `row column value` of one
+//! triangle. The file `.dof` has a line `node.direction` per row of the matrices. The coordinate format of Abaqus has
+//! lines `row column value` for both triangles.
 
 use std::path::{Path, PathBuf};
 

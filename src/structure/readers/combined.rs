@@ -8,7 +8,7 @@ use super::{is_structural_damping, role_of_name};
 use crate::structure::matrices::{Dof, Matrices, Role, Triplets};
 
 /// Largest number of rows per entry. Only fixed rows of a matrix have no entries, so more rows per entry mean a wrong
-/// header. The limit also bounds the memory by the size of the files.
+/// header. The limit of rows per entry bounds the memory by the size of the files.
 const ROWS_PER_ENTRY: usize = 32;
 
 /// Combines the contents of all files into one structure. `unread` are the reasons why other files were not read.
@@ -31,7 +31,7 @@ pub(super) fn combine(sources: Vec<Source>, unread: Vec<String>) -> Result<Matri
         hexahedra: None,
         formats: Vec::new(),
     };
-    // CalculiX writes its matrices along the global axes even with *TRANSFORM.
+    // CalculiX writes matrices along the global axes, even if the deck has *TRANSFORM.
     let is_calculix = (sources.iter())
         .any(|source| source.format == CALCULIX_LIST || calculix::is_calculix_file(&source.path));
     let mut by_role: HashMap<Role, (PathBuf, NamedMatrix)> = HashMap::new();
@@ -228,7 +228,8 @@ fn join_by_dofs(matrices: &mut Matrices, parts: Vec<(Role, PathBuf, NamedMatrix)
     matrices.dofs = Some(dofs);
 }
 
-/// Joins matrices that are numbered by rows, which must be the same rows in all files.
+/// Joins matrices whose degrees of freedom are row numbers. A row number must have the same degree of freedom in all
+/// files.
 fn join_by_rows(
     matrices: &mut Matrices,
     parts: Vec<(Role, PathBuf, NamedMatrix)>,

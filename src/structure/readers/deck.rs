@@ -8,7 +8,8 @@ use super::text::{numbers, quoted, text_of, whole};
 use super::{ParsedFile, is_global};
 use crate::structure::solids::NAMES;
 
-/// Largest number of nodes in all sets, including `GENERATE`. This limit exceeds the lists of the longest file.
+/// Largest number of nodes in all sets, including `GENERATE`. The lists of the longest file have fewer nodes than
+/// `MOST_NODES`.
 const MOST_NODES: usize = 1 << 26;
 
 pub(super) fn is(bytes: &[u8]) -> bool {
@@ -63,13 +64,14 @@ pub(super) fn parse(bytes: &[u8]) -> Result<ParsedFile, ReadProblem> {
             name: String,
             generate: bool,
         },
-        /// Elements: their set, and the number of nodes per element if the type is known.
+        /// Lines of elements. The fields are the name of the element set and, for a known type, the number of nodes per
+        /// element.
         Elements(Option<String>, Option<usize>),
         ElementSet {
             name: String,
             generate: bool,
         },
-        /// Set of nodes with its own axes, and whether they are rectangular.
+        /// Name of a set of nodes with local axes, and true if the local axes are rectangular.
         Transform(String, bool),
         /// Instance of a part, and whether the translation line has been read.
         Instance(String, bool),
@@ -329,8 +331,8 @@ struct Elements {
 }
 
 impl Elements {
-    /// Reads a line of data. If the number of nodes of the element is known, the element ends when it has these nodes.
-    /// If the number is unknown, the element continues after a line with a comma at the end.
+    /// Reads a line of data. If the number of nodes of the element is known, the element ends after this number of
+    /// nodes. If the number is unknown, the element continues after a line with a comma at the end.
     fn add(
         &mut self,
         fields: &[&str],

@@ -42,7 +42,7 @@ const FORMATS: [Format; 6] = [
     },
 ];
 
-/// Returns an error with advice if the file begins like one of these formats.
+/// Returns an error with advice if the file begins like a format in [`FORMATS`].
 pub(super) fn advice_on(bytes: &[u8]) -> Option<ReadProblem> {
     let beginning = &bytes[..bytes.len().min(ENOUGH)];
     let format = FORMATS.iter().find(|format| (format.is)(beginning))?;
@@ -61,8 +61,8 @@ fn has_line(bytes: &[u8], is: fn(&str) -> bool) -> bool {
     first.chain(lines.take(FEW)).any(is)
 }
 
-/// Returns true for a Fortran record with the header of a matrix: six or seven words of four or eight bytes, in
-/// either byte order.
+/// Returns true if the bytes begin with a Fortran record that is the header of a matrix. The header has six or seven
+/// words of four or eight bytes, in either byte order.
 fn is_binary_op4(bytes: &[u8]) -> bool {
     let Some(length) = bytes.first_chunk::<4>() else {
         return false;

@@ -53,7 +53,7 @@ pub enum ReadProblem {
         /// Expected amount of data.
         expected: String,
     },
-    /// The announced number of rows or entries is too large for the file or for any structure.
+    /// The file announces more rows or entries than the file, or any structure, can have.
     #[error("{found}; {limit}")]
     TooMany {
         /// Description of the number.
@@ -112,7 +112,7 @@ impl ReadProblem {
         }
     }
 
-    /// Returns [`ReadProblem::Truncated`] for a part that ends too early.
+    /// Returns [`ReadProblem::Truncated`] for a part of a file that ends too early.
     pub(super) fn truncated(
         part: impl ToString,
         found: impl ToString,

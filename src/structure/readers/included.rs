@@ -12,9 +12,9 @@ const DEEPEST: usize = 32;
 
 /// Reads a file. In a deck, replaces each `*INCLUDE` by the content of its file and joins continued keyword lines.
 ///
-/// An included file is searched in the folder of the outermost deck, where Abaqus and CalculiX run, then in the
-/// folder of the including file. `read_with_includes` also returns a description of the line numbers of included files,
-/// if the deck includes files.
+/// The reader first searches an included file in the folder of the outermost deck, like Abaqus and CalculiX. The reader
+/// then searches in the folder of the file with the `*INCLUDE`. If the deck includes files, `read_with_includes`
+/// returns a description of the line numbers of the included files.
 pub(super) fn read_with_includes(path: &Path) -> Result<(Vec<u8>, Option<String>), ReadError> {
     let bytes = bytes_of(path)?;
     if !deck::is(&bytes) {
@@ -34,8 +34,9 @@ pub(super) fn read_with_includes(path: &Path) -> Result<(Vec<u8>, Option<String>
     Ok((join_option_lines(whole.bytes), Some(line_note)))
 }
 
-/// Moves option lines onto the keyword line before them if it ends with a comma. Empty lines replace them, so that
-/// the line numbers stay the same. Other lines, such as names of sets, are data.
+/// Moves option lines onto the preceding keyword line if the keyword line ends with a comma. An empty line replaces
+/// each moved option line, so that the line numbers stay the same. Lines that are not options, such as names of sets,
+/// are data.
 fn join_option_lines(bytes: Vec<u8>) -> Vec<u8> {
     let is_open = |line: &[u8]| {
         let line = line.trim_ascii();

@@ -1,4 +1,5 @@
-//! Matrix Market exchange files: coordinate and array, real and integer, general, symmetric and skew-symmetric.
+//! Matrix Market exchange files. The reader supports coordinate and array files with real or integer values. The
+//! matrices can be general, symmetric or skew-symmetric.
 
 use super::error::ReadProblem;
 use super::text::{Digits, last_number, quoted, text_of, whole};

@@ -141,8 +141,8 @@ fn add(matrix: &mut Triplets, [first, second]: [&[(u32, f64)]; 2], value: f64, i
         // For a diagonal entry both sums are the same, and each pair of terms would occur twice.
         let others = if is_diagonal { &second[..=p] } else { second };
         for &(column, other) in others {
-            // Only one triangle of the matrix is stored. If an entry and its mirror image both fall on the diagonal,
-            // both count.
+            // The matrix stores only one triangle. If an off-diagonal entry and its mirror image both fall on the
+            // diagonal, the sum counts the entry twice.
             let multiplicity = if row == column && !is_diagonal {
                 2.0
             } else {
@@ -207,7 +207,7 @@ fn faces_of(elements: &[Element], nodes: &[i64]) -> Vec<outline::Face> {
     faces.collect()
 }
 
-/// Returns the edges of the bodies whose elements have these `faces`.
+/// Returns the edges of the bodies that have `faces` as faces of their elements.
 fn outline_of(
     faces: Vec<outline::Face>,
     nodes: &[i64],

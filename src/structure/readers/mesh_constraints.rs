@@ -49,10 +49,11 @@ pub(super) type Dependents = HashMap<Dof, Vec<(Dof, f64)>>;
 
 /// Tolerance of a tie without `POSITION TOLERANCE`, as a share of the longest side of the face.
 const TOLERANCE: f64 = 0.05;
-/// A weight of a tied node below this is rounding. A tied node with such a weight is on an edge or a corner of the
-/// face.
+/// A weight of a tied node below `NO_WEIGHT` is a rounding error. A tied node with a weight below `NO_WEIGHT` is on an
+/// edge or a corner of the face.
 const NO_WEIGHT: f64 = 1e-9;
-/// Largest number of pairs of a node and a face in a tie. The search over this number of pairs takes some seconds.
+/// Largest number of pairs of a node and a face in a tie. The search for the faces of tied nodes takes some seconds for
+/// `MOST_PAIRS` pairs of a node and a face.
 const MOST_PAIRS: usize = 4_000_000_000;
 
 impl TieOptions {
@@ -353,8 +354,9 @@ fn unknown_node(node: i64, line: usize) -> ReadProblem {
 /// are zero.
 ///
 /// # Errors
-/// Returns [`ReadProblem`] for a node that the deck does not have, which would be free. Also returns [`ReadProblem`]
-/// for a displacement that is dependent twice, that is fixed as well, or that depends on itself.
+/// Returns [`ReadProblem`] if a constraint names a node that the deck does not define. Returns [`ReadProblem`] if two
+/// constraints make a displacement dependent, or if a displacement is both fixed and dependent. Returns [`ReadProblem`]
+/// if a displacement depends on itself.
 pub(super) fn resolve_constraints(
     constraints: Vec<Constraint>,
     held: &HashSet<Dof>,

@@ -1,5 +1,5 @@
-//! Mesh of an input deck of Abaqus or CalculiX: elements, sets, surfaces, isotropic materials, sections and supports.
-//! The reader supports only flat decks, without parts, instances and included files.
+//! Mesh of an input deck of Abaqus or CalculiX. The mesh has elements, sets, surfaces, isotropic materials, sections
+//! and supports. The reader supports only flat decks, without parts, instances and included files.
 
 use std::collections::{HashMap, HashSet};
 
@@ -36,7 +36,8 @@ pub(super) struct Deck {
     /// Indices of the elements of each set.
     sets: HashMap<String, Vec<usize>>,
     place_of: HashMap<i64, usize>,
-    /// Type of each element that is no solid. The next field has the sets with such an element.
+    /// Type of each element that is no solid. The field `sets_of_skipped` has the sets with an element that is no
+    /// solid.
     skipped: HashMap<i64, String>,
     sets_of_skipped: HashMap<String, String>,
     materials: HashMap<String, MaterialLines>,
@@ -68,8 +69,8 @@ fn solid_of(line: &str) -> Option<Solid> {
     NAMES.iter().find(|name| name.0 == kind).map(|name| name.1)
 }
 
-/// Prefixes of the types of surface and line elements. Meshes often have them to name faces and edges, beside the
-/// solids.
+/// Prefixes of the types of surface and line elements. Meshes of solids often have surface and line elements that name
+/// faces and edges.
 const FACES_AND_LINES: [&str; 14] = [
     "CPS", "CPE", "CAX", "SFM3D", "STRI", "S3", "S4", "S6", "S8", "M3D", "T2D", "T3D", "B2", "B3",
 ];
@@ -175,7 +176,7 @@ pub(super) fn read(bytes: &[u8], parsed: &ParsedFile) -> Result<Deck, ReadProble
                 deck.elements.push(element);
             }
             In::Skipped(kind, set) => {
-                // A continuation line belongs to an element with more nodes than these types have.
+                // Surface and line elements have too few nodes for a continuation line, so each line is one element.
                 let label = whole(fields[0], "the number of an element", place)?;
                 deck.skipped.insert(label, kind.clone());
                 if let Some(set) = set {
@@ -393,14 +394,14 @@ fn begin_section(
 }
 
 impl Deck {
-    /// Marks a set if the element with this label is no solid.
+    /// Marks the set `set` if the element with number `label` is no solid.
     fn mark_skipped(&mut self, set: &str, label: i64) {
         if let Some(kind) = self.skipped.get(&label) {
             self.sets_of_skipped.insert(set.to_owned(), kind.clone());
         }
     }
 
-    /// Marks a set if another set, or the element with this number, has an element that is no solid.
+    /// Marks the set `set` if the set `name`, or the element with number `name`, has an element that is no solid.
     fn mark_skipped_of(&mut self, set: &str, name: &str) {
         match name.parse::<i64>() {
             Ok(label) => self.mark_skipped(set, label),
@@ -427,7 +428,7 @@ impl Deck {
         })
     }
 
-    /// Returns the indices of the elements of a set, or of the element with this number.
+    /// Returns the indices of the elements of the set `name`, or of the element with number `name`.
     fn places(&self, name: &str) -> Vec<usize> {
         match name.parse::<i64>() {
             Ok(label) => self.place_of.get(&label).copied().into_iter().collect(),
@@ -507,7 +508,7 @@ impl Deck {
     }
 }
 
-/// Returns the nodes of a set, or the node with this number.
+/// Returns the nodes of the set `name`, or the node with number `name`.
 fn nodes_of(name: &str, parsed: &ParsedFile) -> Vec<i64> {
     match name.parse::<i64>() {
         Ok(node) => vec![node],
@@ -518,7 +519,8 @@ fn nodes_of(name: &str, parsed: &ParsedFile) -> Vec<i64> {
     }
 }
 
-/// Reads a line of `*BOUNDARY`: a set or node, the first and last direction, and a displacement, which must be zero.
+/// Reads a line of `*BOUNDARY`. The line has a set or a node, the first direction, the last direction and a
+/// displacement. The displacement must be zero.
 fn read_boundary(
     fields: &[&str],
     parsed: &ParsedFile,

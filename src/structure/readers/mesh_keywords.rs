@@ -20,8 +20,8 @@ const READ: [&str; 14] = [
     "*SURFACE",
     "*TIE",
 ];
-/// Keywords that do not change a linear structure at rest: steps, loads, output, other physics, contact properties
-/// and plasticity.
+/// Keywords that do not change the stiffness or the mass of a linear structure. The keywords define steps, loads,
+/// output, other physics, contact properties and plasticity.
 const HARMLESS: [&str; 76] = [
     "*AMPLITUDE",
     "*BUCKLE",
@@ -102,8 +102,8 @@ const HARMLESS: [&str; 76] = [
 ];
 /// Keywords of decks that are not flat.
 const NOT_FLAT: [&str; 3] = ["*INCLUDE", "*INSTANCE", "*PART"];
-/// Unsupported options of supported keywords, with advice. These options would add nodes or elements, or change the
-/// stiffness.
+/// Unsupported options of supported keywords, with advice. The unsupported options would add nodes or elements, or
+/// change the stiffness.
 const OPTIONS: [(&str, &str, &str); 4] = [
     ("*NODE", "INPUT", "write the nodes into the deck"),
     ("*ELEMENT", "INPUT", "write the elements into the deck"),

@@ -48,7 +48,8 @@ pub struct Input {
     pub role: Option<Role>,
 }
 
-/// File format: its name, the words for it, the test of a file's content, and the parser.
+/// File format of matrices. A format has a name, words that select the format, a test of the content of a file, and a
+/// parser.
 struct Format {
     name: &'static str,
     words: &'static [&'static str],
@@ -129,7 +130,7 @@ pub fn words() -> Vec<&'static str> {
 #[derive(Default)]
 struct ParsedFile {
     matrices: Vec<NamedMatrix>,
-    /// Degrees of freedom of the rows, for all matrices of the file or for the matrices of another file.
+    /// Degrees of freedom of the rows of matrices. The matrices are in the same file or in another file.
     dofs: Option<Vec<Dof>>,
     sets: HashMap<String, Vec<i64>>,
     positions: HashMap<i64, [f64; 3]>,
@@ -143,7 +144,7 @@ struct ParsedFile {
     notes: Vec<String>,
 }
 
-/// Matrix with its name in the file.
+/// Matrix of a file, with the name of the matrix in the file.
 struct NamedMatrix {
     name: String,
     role: Option<Role>,
@@ -165,9 +166,9 @@ struct Source {
 
 /// Reads the matrices of a structure from one or several files.
 ///
-/// `word` selects a format (one of [`words`]); otherwise the content determines it. For CalculiX one file is enough,
-/// because the others are found next to it, as is the deck with the sets of nodes. A folder is an output of
-/// `fretwear-import`.
+/// `word` selects a format (one of [`words`]); otherwise the content determines it. For CalculiX, one file of matrices
+/// is enough. `read` finds the other files, and the deck with the node sets, in the folder of the file. A folder is an
+/// output of `fretwear-import`.
 ///
 /// # Errors
 /// [`ReadError`] with the file, the invalid content and the expected content.
@@ -316,8 +317,8 @@ fn parsed(bytes: &[u8], word: Option<&str>) -> Result<(&'static str, ParsedFile)
     Ok((format.name, parsed))
 }
 
-/// Returns the role of a file or matrix by its name. The name has a word such as `stif`, or is a letter, alone or
-/// before a Nastran set (`KAA`, `K2GG`).
+/// Returns the role of a file or matrix by its name. The name of a file or matrix states a role by a word such as
+/// `stif`. The name may also be a letter, alone or before a Nastran set (`KAA`, `K2GG`).
 fn role_of_name(name: &str) -> Option<Role> {
     let name = name.to_ascii_lowercase();
     if is_structural_damping(&name) {
@@ -390,7 +391,7 @@ fn rows(announced: u64, bytes: usize, place: &str) -> Result<usize, ReadProblem>
 
 /// Checks the number of rows in a header of a matrix with many empty rows, such as a damping matrix.
 ///
-/// [`combine`] checks the number again with all matrices before memory of this size is allocated.
+/// [`combine`] checks the number of rows again with all matrices before it allocates memory for the rows.
 fn rows_of_few(announced: u64, place: &str) -> Result<usize, ReadProblem> {
     usize::try_from(announced)
         .ok()

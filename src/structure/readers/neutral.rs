@@ -1,5 +1,5 @@
-//! Neutral folder of `fretwear-import`: `structure.json`, and matrices with tables of rows, nodes and sets, or a flat
-//! deck.
+//! Neutral folder of `fretwear-import`. The folder has `structure.json` and either matrices or a flat deck. The folder
+//! has tables of rows, nodes and sets for the matrices.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

@@ -1,5 +1,5 @@
-//! NumPy files: dense matrices as NPY, sparse matrices of `scipy.sparse.save_npz` (CSR, CSC, COO) as NPZ, and named
-//! dense matrices (`K`, `M`, `C`) as NPZ.
+//! NumPy files. An NPY file has one dense matrix. An NPZ file has a sparse matrix of `scipy.sparse.save_npz` (CSR, CSC
+//! or COO), or dense matrices with the names `K`, `M` and `C`.
 
 use std::io::{Cursor, Read};
 
@@ -166,7 +166,7 @@ impl Array {
         }
     }
 
-    /// Returns the values of the array as indices, or an error if a value is not a whole number of 0 or more.
+    /// Returns the values of the array as indices. Returns an error if a value is negative or not a whole number.
     fn indices(&self, name: &str) -> Result<Vec<u64>, ReadProblem> {
         let index = |(k, &v): (usize, &f64)| {
             let is_whole = v >= 0.0 && v.fract() == 0.0 && v <= u64::from(u32::MAX) as f64;

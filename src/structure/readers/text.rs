@@ -22,7 +22,7 @@ pub(super) fn quoted(text: &str) -> String {
 pub(super) fn real(text: &str) -> Option<f64> {
     let text = text.trim();
     if let Ok(value) = text.parse::<f64>() {
-        // The standard library also accepts words such as `inf`. This reader rejects such words.
+        // The standard library accepts words such as `inf` as numbers. `real` rejects words such as `inf`.
         return (value.is_finite()
             && text
                 .bytes()

@@ -18,7 +18,8 @@ pub const BOLT: usize = 2;
 pub const BOLT_ABOVE: &str = "bolt_above";
 pub const BOLT_BELOW: &str = "bolt_below";
 
-/// Half widths of the staircase hole by rows of cells, from the middle row outwards: rows of 5, 5 and 3 cells.
+/// Half widths of the staircase hole in cells, from the middle row of cells outwards. The rows of the hole have widths
+/// of 5, 5 and 3 cells.
 pub(super) const HOLE_HALF_WIDTHS: [usize; 3] = [2, 2, 1];
 /// Half width of the shank in cells. The shank has 3×3 cells.
 const SHANK_HALF_WIDTH: usize = 1;
@@ -45,16 +46,15 @@ impl FacingFaces {
     }
 }
 
-/// Mesh of the resonator with its contact elements and points.
+/// Mesh of the resonator, with the contact elements and the points of the resonator.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ResonatorMesh {
     /// Nodes and elements; parts are [`MASS_1`], [`MASS_2`] and [`BOLT`].
     pub mesh: Mesh,
     /// Contact elements, i along x slow and j along y fast. Empty if the joint is tied.
     pub contacts: Vec<FacingFaces>,
-    /// Named points. `far_wall` is the centre of the outer face of mass 2's far wall, and `block` the centre of the
-    /// outer face of mass 1. `bolt_above` and `bolt_below` are the ends of the bolt's shank, unless the joint is
-    /// tied.
+    /// Named points. `far_wall` is the centre of the outer face of the far wall of mass 2. `block` is the centre of the
+    /// outer face of mass 1. `bolt_above` and `bolt_below` are the ends of the bolt's shank, unless the joint is tied.
     pub points: Vec<Point>,
 }
 
@@ -255,7 +255,7 @@ struct Builder {
 }
 
 impl Builder {
-    /// Returns the part that owns the node of `part` at a grid point. Separate parts have their own nodes at the same
+    /// Returns the part that owns the node of `part` at a grid point. Two separate parts have two nodes at the same
     /// place.
     fn owner(&self, at: [usize; 3], part: usize) -> usize {
         match part {
@@ -287,8 +287,8 @@ impl Builder {
         });
     }
 
-    /// Returns the end of the shank around the cell `middle`, at line `k` along z. The nodes are weighted by their
-    /// area.
+    /// Returns the end of the shank around the cell `middle`, at line `k` along z. The weight of each node of the end
+    /// is proportional to the area of the node.
     fn shank_end(&mut self, name: &str, middle: [usize; 2], k: usize) -> Point {
         let width = 2 * SHANK_HALF_WIDTH + 1;
         let part = |n: usize| if n == 0 || n == width { 0.5 } else { 1.0 } / width as f64;

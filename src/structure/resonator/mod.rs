@@ -1,16 +1,20 @@
 //! The parametric single-lap-joint resonator: two masses joined by a bolted lap. Mass 2 is an 'o'-shaped frame with a
 //! thin leaf.
 //!
-//! The axes are x along mass 1, lap, leaf, window and mass 2; y along the height; z along the depth and the bolt. The
-//! origin is the centre of the lap, the contact plane is z = 0, and the resonator is symmetric about y = 0. Along x:
+//! The x axis is along the length of the resonator, from mass 1 to mass 2. The y axis is along the height, and the z
+//! axis is along the depth and the bolt. The origin is the centre of the lap, and the contact plane is z = 0. The
+//! resonator is symmetric about y = 0. The parts along x are:
 //!
-//! - the block of mass 1, of full depth and height;
-//! - its arm, of the lap's height: of full depth first, then only below the contact plane across the gap and the lap;
-//! - the arm of mass 2: only above the contact plane on the lap and across the gap, then of full depth;
-//! - the leaf, the two rims of the window, and the far wall.
+//! - The block of mass 1 has the full depth and the full height.
+//! - The arm of mass 1 has the height of the lap. Its first part has the full depth. Across the gap and the lap, the
+//!   arm of mass 1 is only below the contact plane.
+//! - The arm of mass 2 is only above the contact plane on the lap and across the gap. The last part of the arm of mass
+//!   2 has the full depth.
+//! - The leaf, the two rims of the window, and the far wall follow the arm of mass 2.
 //!
-//! The bolt hole is a staircase in the mesh of the lap. The shank of the bolt does not touch the hole, and its heads
-//! share nodes with both outer faces. The two bodies touch on the lap only, where each body has its own nodes.
+//! The bolt hole is a staircase in the mesh of the lap. The shank of the bolt does not touch the hole. The heads of the
+//! bolt share nodes with the outer faces of the lap. The two bodies touch on the lap only, where each body has its own
+//! nodes.
 
 mod mesh;
 
@@ -37,7 +41,7 @@ pub struct Resonator {
     pub depth: f64,
     /// Length of the part of an arm that has full depth.
     pub stub_length: f64,
-    /// Clearance between the end of an arm and the full-depth part of the other body.
+    /// Clearance between the end of an arm of one body and the full-depth part of the opposite body.
     pub gap_length: f64,
     /// Length of mass 1.
     pub block_length: f64,
@@ -55,8 +59,8 @@ pub struct Resonator {
     pub wall_thickness: f64,
     /// Thickness of a bolt head along z.
     pub head_thickness: f64,
-    /// Young's modulus of the bolt over that of the masses. This ratio corrects the area of the staircase shank to the
-    /// stress area.
+    /// Young's modulus of the bolt divided by Young's modulus of the masses. The ratio of Young's moduli corrects the
+    /// area of the staircase shank to the stress area of the bolt.
     pub bolt_modulus_factor: f64,
     /// Material of the masses. The material of the bolt differs by `bolt_modulus_factor`.
     pub material: Material,
@@ -82,7 +86,7 @@ pub struct Resonator {
     pub rim_cells: usize,
     /// Cells through a bolt head.
     pub head_cells: usize,
-    /// True if both bodies share their contact nodes, for verification. The bonded joint has no contact elements.
+    /// True if the two bodies share their contact nodes, for verification. The bonded joint has no contact elements.
     pub tied: bool,
 }
 
@@ -128,7 +132,8 @@ impl Default for Resonator {
 }
 
 impl Resonator {
-    /// Returns the approximate length from the free end of mass 1 to that of mass 2, with one stub and one gap \[m\].
+    /// Returns the approximate distance between the free end of mass 1 and the free end of mass 2 \[m\]. The distance
+    /// has the lengths of one stub and one gap.
     pub fn length(&self) -> f64 {
         self.block_length
             + self.stub_length
@@ -173,7 +178,8 @@ impl Resonator {
         vec![0.5 * self.depth / self.half_depth_cells as f64; self.half_depth_cells]
     }
 
-    /// Makes the mesh and reduces it to its lowest `modes` elastic modes and the residual of the others.
+    /// Makes the mesh of the resonator and computes the reduced model. The reduced model has the lowest `modes` elastic
+    /// modes and the residual of the higher modes.
     ///
     /// # Errors
     /// [`StructureError`] for invalid dimensions, and errors of the reduction.
@@ -292,7 +298,7 @@ impl Resonator {
         Ok(())
     }
 
-    /// Returns the number of cells of the box around the mesh, an upper bound of the cells of the mesh.
+    /// Returns the number of cells of the box around the mesh. The mesh has at most as many cells as the box.
     pub fn box_cells(&self) -> f64 {
         let along_x = self.block_cells
             + 2 * (self.stub_cells + self.gap_cells)

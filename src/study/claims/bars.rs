@@ -1,19 +1,20 @@
 //! Values with error bars, and verdicts that respect the bars.
 //!
-//! A verdict concerns the model of a study, with its contact elements and harmonics. Error bars here therefore only
-//! include wear steps and solves. Claim 27 covers the truncation of the harmonics. Claim 47 covers the difference
-//! between contact elements and fine contact.
+//! A verdict concerns the model of a study, with its contact elements and harmonics. An error bar of a verdict only
+//! includes the errors of the wear steps and of the solves. Claim 27 covers the truncation of the harmonics. Claim 47
+//! covers the difference between contact elements and fine contact.
 
 use super::{Evidence, Verdict};
 
-/// * Smallest relative error of a rate, relative to the error that wear steps and solves cause in the volume, as in
-///   `error_dissipated_energy`.
+/// * Smallest relative error of a rate, divided by the relative error of the worn volume from wear steps and solves.
+///   `error_dissipated_energy` uses the same fraction.
 const RATE: f64 = 0.4;
-/// Relative errors of the search of a peak: of its amplitude and of its frequency.
+/// Relative errors of a peak from the search for the peak. `PEAK` is the error of the amplitude, and `FREQUENCY` is the
+/// error of the frequency.
 const PEAK: f64 = 2e-5;
 const FREQUENCY: f64 = 1e-6;
 
-/// A value and its error bar, both in its unit.
+/// Value with an error bar, both in the unit of the value.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct ValueWithBar {
     /// The value.
@@ -126,8 +127,8 @@ fn last_step_error(values: &[f64], volumes: &[f64], place: usize, error: f64) ->
     }
 }
 
-/// Returns the error of a value that depends on the state of wear, if the volume is off by a relative `error`. The
-/// error is at least the part `error` of the value's change since the unworn state.
+/// Returns the error of a value that depends on the worn volume. The relative error of the worn volume is `error`. The
+/// error of the value is at least `error` times the change of the value since the unworn state.
 fn state_error(values: &[f64], volumes: &[f64], place: usize, error: f64) -> f64 {
     let so_far = (values[place] - values[0]).abs() * error;
     last_step_error(values, volumes, place, error).max(so_far)
@@ -187,8 +188,8 @@ impl Evidence {
         Some([self.bar(name, 0)?, self.bar(name, last)?])
     }
 
-    /// Returns the value of a column of the summary at some cycles, interpolated between iterations, with the bar of
-    /// the next iteration.
+    /// Returns the value of a column of the summary after `at_cycles` cycles. The value is interpolated between
+    /// iterations. The relative error bar is the error bar of the next iteration.
     pub fn bar_at(&self, name: &str, at_cycles: f64) -> Option<ValueWithBar> {
         let (cycles, values) = (self.cycles()?, self.column(name)?);
         let next = cycles

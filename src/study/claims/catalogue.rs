@@ -9,10 +9,10 @@ use serde::Serialize;
 pub enum Kind {
     /// A result of the paper, which a run may contradict.
     Result,
-    /// A property that follows from the definition of the method. A run shows that it was computed so, but does not
-    /// confirm a result of the paper.
+    /// A property that follows from the definition of the method. A run shows that the program applies the definition,
+    /// but does not confirm a result of the paper.
     Method,
-    /// A check of the runs that the verdicts depend on. The paper does not state it.
+    /// A check of the runs that the verdicts depend on. The paper does not state the check.
     Check,
 }
 
@@ -31,7 +31,7 @@ pub struct Claim {
     pub words: &'static str,
     /// Criterion of the verdict.
     pub criterion: &'static str,
-    /// Runs that the claim needs. If no such runs exist, the finding reports the needed runs.
+    /// Runs that the claim needs. If no run meets the needs of the claim, the finding reports the needed runs.
     #[serde(skip)]
     pub needs: &'static str,
 }

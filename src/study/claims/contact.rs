@@ -16,16 +16,17 @@ const LINEAR: f64 = 0.95;
 const POINTS: usize = 200;
 /// Largest roughness of the smoother surfaces \[m\]: 0.5 and 1 µm, against 5 and 10 µm [A §4a].
 const SMOOTHER: f64 = 1e-6;
-/// * Smallest ratio of the areas of the smoothest and the roughest surface that counts as much larger.
+/// * The area of the smoothest surface counts as much larger if it exceeds `MUCH` times the area of the roughest
+/// surface.
 const MUCH: f64 = 2.0;
-/// * Largest ratio of the last to the first pressure that counts as much lower.
+/// * The last pressure of a run counts as much lower if it is at most `LOWER` times the first pressure.
 const LOWER: f64 = 0.5;
-/// Cycles of running-in, and cycles from which on running-in is over*.
+/// Limits of running-in in cycles. Running-in contains the first `EARLY` cycles, and is over after `LATE` cycles*.
 const EARLY: f64 = 1e5;
 const LATE: f64 = 5e6;
 /// * Largest ratio of the last to the first spread of runs that converge.
 pub const CONVERGED: f64 = 1.0 / 3.0;
-/// A cell sticks if it dissipates less than this part of the largest dissipation.
+/// A cell sticks if its dissipation is less than `STICKS` times the largest dissipation of a cell.
 const STICKS: f64 = 1e-3;
 
 /// Judges a claim on the runs of a study.
@@ -129,7 +130,7 @@ fn running_in(run: &Evidence, name: &str) -> Option<Part> {
     let values = run.column(name)?;
     let at = |n: f64| run.bar_at(name, n);
     let slope = |from: ValueWithBar, to: ValueWithBar, cycles: f64| {
-        // Neighbours share their error, except for the growth of the bar.
+        // The two values of a slope share their error, except for the growth of the error bar.
         ValueWithBar {
             value: (to.value - from.value) / cycles,
             error: (to.error - from.error).abs() / cycles,

@@ -8,7 +8,7 @@ use crate::recipe::Recipe;
 use crate::report::{ReportError, RunTables, WEAR_ITERATION, numeric_column, text_column};
 use crate::tables::{TableName, typed};
 
-/// Columns of a table over the iterations that have it.
+/// Columns of a table of the iterations. A column has one value per iteration that stores the table.
 pub type Columns = BTreeMap<String, Vec<f64>>;
 
 /// Hysteresis loop: tangential load over relative displacement, for one cycle.
@@ -67,7 +67,7 @@ pub struct WornSurface {
     pub volume: f64,
     /// Number of cells that are in contact at no committed iteration.
     pub never_touched: usize,
-    /// Deepest wear of these cells \[m\].
+    /// Deepest wear of the cells that are in contact at no committed iteration \[m\].
     pub never_touched_depth: f64,
     /// Largest deviation of an explicit step from N α q·v, over the deepest wear.
     pub rule_error: f64,
@@ -84,7 +84,7 @@ pub struct Evidence {
     pub done: bool,
     /// Columns of `summary`.
     pub summary: Columns,
-    /// Area of the joint, if it has a surface \[m²\].
+    /// Area of the joint \[m²\], or `None` for a joint without a surface.
     pub area: Option<f64>,
     /// Columns of `dynamic_response`.
     pub response: Columns,
@@ -285,7 +285,7 @@ impl Surface {
         }))
     }
 
-    /// Returns Rq, Sk and Ku without the form, after wear by `depth` at the cells (i, j).
+    /// Returns Rq, Sk and Ku of the worn surface without the form. `depth` is the wear depth at the cells (i, j).
     fn worn(&self, i: &[f64], j: &[f64], depth: &[f64]) -> [f64; 3] {
         let mut heights = self.heights.clone();
         let mut kept = vec![false; heights.len()];
@@ -389,7 +389,7 @@ impl Fields {
     }
 }
 
-/// Cells at or above this part of the cap count as capped.
+/// A cell counts as capped if its pressure is at least `AT_CAP` times the pressure cap.
 const AT_CAP: f64 = 1.0 - 1e-12;
 
 fn moment(run: &RunTables, k: u64, recipe: &Recipe, cell_area: f64) -> Result<Moment, ReportError> {

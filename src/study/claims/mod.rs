@@ -1,10 +1,11 @@
 //! Claims of the paper, judged by the tables of runs.
 //!
-//! Each claim is a statement of [A §2–4] that runs can confirm or contradict. A claim is measured on the quantity that
-//! its sentence names, in the paper's own setting if there are such runs, and judged by a stated criterion. Each claim
-//! gets one verdict per setting, with verdicts on its parts. A claim that fails is reported with its numbers and, if
-//! the runs' numbers indicate a cause, with this likely cause. The scene of a run, never the name of its folder,
-//! determines its role (roughness, plasticity, update criterion).
+//! Each claim is a statement of [A §2–4] that runs can confirm or contradict. A claim names a quantity. A verdict
+//! compares the quantity with a stated criterion. If runs in the setting of the paper exist, the verdict uses these
+//! runs. Each claim gets one verdict per setting. A verdict on a claim combines the verdicts on the parts of the claim.
+//! The report on a failed claim gives the numbers of the claim. If the numbers indicate a cause, the report also gives
+//! the likely cause. The role of a run is, for example, roughness, plasticity or the update criterion. The scene of the
+//! run determines the role. The name of the folder does not affect the role.
 
 mod bars;
 mod catalogue;
@@ -45,7 +46,8 @@ pub enum Verdict {
     Holds,
     /// The criterion is not met.
     Fails,
-    /// The claim is undecided, because its error bar or a premise of its measurement does not decide the criterion.
+    /// The claim is undecided. The error bar of the measured quantity is too large for the criterion, or a premise of
+    /// the measurement is not met.
     Undecided,
     /// No run measures the claim.
     NotApplicable,
@@ -61,7 +63,8 @@ impl Verdict {
         }
     }
 
-    /// Combines verdicts: one that fails decides, then one that is undecided.
+    /// Combines verdicts. The result is `Fails` if a verdict fails. Otherwise the result is `Undecided` if a verdict
+    /// does not hold.
     pub fn all(verdicts: impl IntoIterator<Item = Verdict>) -> Verdict {
         let mut combined = Verdict::Holds;
         for verdict in verdicts {
@@ -113,7 +116,7 @@ impl Finding {
 /// Verdict of one run, or of one set of runs, on a claim.
 struct Part {
     runs: Vec<String>,
-    /// Label that distinguishes the part. Empty if it is the only part.
+    /// Label that distinguishes the part. The label is empty if the verdict has only one part.
     of: String,
     verdict: Verdict,
     measured: String,

@@ -20,7 +20,7 @@ pub struct NumberComparison {
     pub unit: &'static str,
     /// Value in the paper.
     pub paper: f64,
-    /// Value of the study, if it has the runs.
+    /// Value of the study, or `None` if the study lacks the runs.
     pub ours: Option<f64>,
 }
 
@@ -150,8 +150,8 @@ pub fn compare_numbers(study: &Study) -> Vec<NumberComparison> {
 /// * Largest relative change of the dissipation per 10⁶ cycles in a steady state.
 const STEADY: f64 = 0.05;
 
-/// Returns the cycles from which on the dissipation changes by less than 5 %* per 10⁶ cycles between iterations.
-/// Returns `None` if it never does.
+/// Returns the number of cycles after which the dissipation is steady. The dissipation is steady if it changes by at
+/// most 5 %* per 10⁶ cycles between iterations. Returns `None` if the dissipation never becomes steady.
 fn steady_from(run: &Evidence) -> Option<f64> {
     let (cycles, energy) = (run.cycles()?, run.column("dissipated_energy")?);
     let is_fast = |k: usize| {

@@ -48,8 +48,8 @@ pub fn parts(claim: u32, study: &Study) -> Vec<Part> {
         .collect()
 }
 
-/// Reports that the largest pressure of the elastic joint is not above the cap, so that both joints are the same.
-/// Returns `None` if it is above.
+/// Reports that the largest pressure of the elastic joint is not above the cap. The joint with the cap is then
+/// identical to the elastic joint. Returns `None` if the largest pressure is above the cap.
 pub fn below_limit(set: [&Evidence; 2]) -> Option<String> {
     let (most, cap) = (set[0].ends("max_pressure")?[0], set[1].scene.pressure_cap?);
     (most <= cap).then(|| {
@@ -211,7 +211,7 @@ fn spheres(set: &[&Evidence]) -> Option<Part> {
 
 /// Returns the cycles from which on the dissipation of the plastic joint is within 5 %* of the elastic one.
 ///
-/// Returns `None` if it never is, and if the cap has no effect.
+/// Returns `None` if the dissipations never agree within 5 %*, or if the pressure cap has no effect.
 pub fn cycles_to_agreement(set: [&Evidence; 2]) -> Option<f64> {
     if below_limit(set).is_some() {
         return None;

@@ -12,8 +12,8 @@ const HARMONICS: &str = "[0,1,2,3]";
 pub struct Study<'a> {
     /// Name in words: law of contact elements, update, and seed if there are several.
     pub name: String,
-    /// Elastic runs that differ by roughness, smoothest first. The series uses runs without model updates, if such runs
-    /// exist.
+    /// Elastic runs that differ by roughness, smoothest first. The series omits runs with model updates if the study
+    /// has runs without model updates.
     pub roughness_series: Vec<&'a Evidence>,
     /// Main run, which most figures show: Rq 5 µm, or the nearest roughness.
     pub main: Option<&'a Evidence>,
@@ -27,7 +27,7 @@ pub struct Study<'a> {
     pub harmonics: Vec<&'a Evidence>,
     /// Run with updates of contact elements with individual stiffness.
     pub tangent_run: Option<&'a Evidence>,
-    /// Spheres that differ by their pressure cap: without a cap first, then by decreasing cap.
+    /// Runs of spheres with different pressure caps: the run without a cap first, then the runs by decreasing cap.
     pub spheres: Vec<&'a Evidence>,
     /// All runs of the study.
     pub all: Vec<&'a Evidence>,
@@ -59,9 +59,9 @@ fn is_never(run: &Evidence) -> bool {
 
 /// Returns the studies among runs, in the order of their first runs.
 ///
-/// A study consists of the runs of one joint, one law of contact elements and one seed. If some studies have runs that
-/// are never updated, like the paper's, only these are studies. Runs of other laws then belong to the studies of the
-/// same joint. Spheres belong to all studies.
+/// A study consists of the runs of one joint, one law of contact elements and one seed. The paper's runs have no model
+/// updates. If some groups of runs contain a run without model updates, only these groups are studies. Runs of other
+/// laws then belong to the studies of the same joint. Spheres belong to all studies.
 pub fn studies<'a>(runs: &[&'a Evidence]) -> Vec<Study<'a>> {
     let (spheres, joints): (Vec<&Evidence>, Vec<&Evidence>) =
         runs.iter().copied().partition(|run| run.scene.sphere);

@@ -19,9 +19,10 @@ const NORMAL: f64 = 0.2;
 const GAUSSIAN: f64 = 3.0;
 /// * Cycles that count as "only a few": a hundredth of the study.
 const FEW: f64 = 1e5;
-/// * Smallest significant skewness, in its standard deviations.
+/// * Smallest significant skewness, in standard deviations of the skewness of Gaussian surfaces.
 const SIGNIFICANT: f64 = 3.0;
-/// * Smallest strong changes: of the mean height and of Rq relative to the unworn Rq, of Sk, and of Ku.
+/// * Smallest changes that count as strong. The first value is for the mean height and for Rq, both divided by the
+///   unworn Rq. The second value is for Sk, and the third value is for Ku.
 const STRONG: [f64; 3] = [0.05, 0.3, 0.3];
 
 /// Mean removed height, relative to Rq, at which the kurtosis of a flatly clipped Gaussian surface has returned to 3.
@@ -208,11 +209,12 @@ fn kurtosis(run: &Evidence) -> Option<Part> {
     )
 }
 
-/// Returns the standard deviation of the skewness of Gaussian surfaces of this size.
+/// Returns the standard deviation of the skewness of Gaussian surfaces with the area and the correlation lengths of the
+/// run.
 fn scatter(run: &Evidence) -> Option<f64> {
     let [clx, cly] = run.scene.correlation_length?;
-    // The variance is 6 / (independent cells), with A / ∫ρ³ such cells. ∫ρ³ = π clx cly / 3 for ρ = exp(−(x²/clx² +
-    // y²/cly²)).
+    // The variance of the skewness is 6 / (independent cells), and the number of independent cells is A / ∫ρ³. The
+    // integral is ∫ρ³ = π clx cly / 3 for ρ = exp(−(x²/clx² + y²/cly²)).
     Some((2.0 * PI * clx * cly / run.area?).sqrt())
 }
 

@@ -1,4 +1,5 @@
-//! Setting of a run, from its recipe. The setting determines the role of the run in a study.
+//! Setting of a run, as the recipe of the run states the setting. The setting determines the role of the run in a
+//! study.
 
 use serde_json::{Value, json};
 
@@ -7,8 +8,8 @@ use crate::recipe::{ElementStiffness, Recipe, UpdateCriterion};
 /// Values of a scene that determine the role of a run.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Setting {
-    /// The scene without the keys that a study varies: roughness, cap, update, harmonics, contact elements, algorithm,
-    /// seed, output.
+    /// Scene without the keys that a study varies. The omitted keys are roughness, cap, update, harmonics, contact
+    /// elements, algorithm, seed and output.
     pub base: String,
     /// Law of the contact elements in words, empty without contact elements.
     pub law: String,
@@ -24,7 +25,7 @@ pub struct Setting {
     pub sphere: bool,
     /// Criterion of the model update, in words.
     pub update: String,
-    /// Threshold of the criterion, if it is a change of stiffness.
+    /// Threshold of the model update, if the criterion of the update is a change of stiffness.
     pub stiffness_change: Option<f64>,
     /// True if a structure vibrates.
     pub vibrates: bool,
@@ -34,7 +35,7 @@ pub struct Setting {
     pub tangent: bool,
     /// Shorter side of the joint \[m\].
     pub side: Option<f64>,
-    /// Side of the joint along x \[m\]. Half of this side is the lever of the moments.
+    /// Side of the joint along x \[m\]. Half of the side along x is the lever of the moments.
     pub length: Option<f64>,
     /// Depth of an explicit wear step \[m\], `None` for other schemes.
     pub explicit: Option<f64>,

@@ -1,4 +1,4 @@
-//! Wear steps and their sums (claims 1–7, 45).
+//! Verdicts on wear steps and on the sums of wear steps (claims 1–7, 45).
 
 use super::bars::ValueWithBar;
 use super::roles::MAIN;
@@ -24,7 +24,7 @@ pub const SECONDS_A_CYCLE: f64 = 70.0;
 pub const SECONDS: f64 = 16_140.0;
 /// * Largest change of the dissipation per 10⁶ cycles in a steady state, relative to the last value.
 const STEADY: f64 = 0.05;
-/// Cycles over which this change is measured.
+/// Number of cycles at the end of the study. The change of the dissipation is measured over the last `LAST` cycles.
 const LAST: f64 = 2e6;
 /// * Largest ratio of the deepest wear to the shorter side that counts as very small.
 const SHALLOW: f64 = 1e-3;

@@ -50,8 +50,9 @@ pub fn parts(claim: u32, study: &Study) -> Vec<Part> {
 
 /// Returns the energy per cycle at the end of the step to an iteration, under the vibration before the update \[J\].
 ///
-/// The run may store this energy. If the run does not store the energy, the energy follows from the volume of the step
-/// and the energy at its beginning, for a linear or exponential decrease.
+/// The run may store the energy before the update. If the run does not store the energy, the energy follows from the
+/// volume of the step and from the energy at the beginning of the step. The energy is the mean of the values for a
+/// linear and for an exponential decrease.
 fn energy_before_update(run: &Evidence, k: usize) -> Option<ValueWithBar> {
     let step = |name: &str| run.step.get(name)?.get(k).copied();
     if let Some(energy) = step("end_energy").filter(|energy| energy.is_finite()) {
@@ -107,7 +108,8 @@ fn sample_cycles(first: f64, last: f64) -> Vec<f64> {
         .collect()
 }
 
-/// Returns the largest relative difference of a column between two runs at these cycles, with its bar.
+/// Returns the largest relative difference of `column` between the runs `a` and `b` at the cycles `samples`, with an
+/// error bar.
 fn largest_difference(
     a: &Evidence,
     b: &Evidence,
@@ -257,7 +259,7 @@ fn with_volumes(mut part: Part, finest: &Evidence, never: &Evidence) -> Part {
 
 /// Returns the cycles from which on the wear rates of all runs are within 5 %*.
 ///
-/// Returns `None` if they never are, and if no run was updated.
+/// Returns `None` if the wear rates never agree within 5 %*, or if no run has a model update.
 pub fn agreement(set: &[&Evidence]) -> Option<f64> {
     let ends = set.iter().filter_map(|run| run.cycles()?.last().copied());
     let end = ends.fold(f64::INFINITY, f64::min);

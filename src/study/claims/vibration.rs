@@ -114,7 +114,8 @@ fn shift(run: &Evidence) -> Option<Part> {
     }))
 }
 
-/// Compares harmonics 0 to 3 with more harmonics. The last difference between these runs bounds their own error.
+/// Compares harmonics 0 to 3 with more harmonics. The difference between the two runs with most harmonics bounds the
+/// error of the comparison.
 fn harmonics(few: &Evidence, more: &[&Evidence]) -> Option<Part> {
     let most = *more.last()?;
     let value = |run: &Evidence, name: &str| run.worn_ends(name).map(|ends| ends[0]);
@@ -311,11 +312,11 @@ fn slope_and_area(cycle: &HysteresisLoop) -> Option<[f64; 2]> {
     ])
 }
 
-/// Returns the area of a loop over the area of the parallelogram with its force, half range and slope. The ratio is 1
-/// for a loop that sticks and then slides at once.
+/// Returns the area of a loop divided by the area of a parallelogram. The parallelogram has the force, the half range
+/// and the slope of the loop. The ratio is 1 if the whole joint changes from stick to slip at once.
 ///
-/// The error bar is the relative difference between the area of the loop's few points and the friction of its cycle
-/// \[J\].
+/// The error bar is the relative difference between two energies. One energy is the area of the polygon through the
+/// points of the loop. The other energy is the friction energy `friction` of the cycle \[J\].
 fn fullness(cycle: &HysteresisLoop, friction: f64) -> Option<ValueWithBar> {
     let [slope, area] = slope_and_area(cycle)?;
     let half = |values: &[f64]| {
@@ -462,7 +463,7 @@ fn unworn_trend(set: &[&Evidence]) -> Option<Part> {
     }))
 }
 
-/// Explains a final spread of the joints: updated elements move less, and wear less.
+/// Explains why the joints differ at the end. Joints with more updates of the elements slip less and wear less.
 fn update_cause(set: &[&Evidence]) -> String {
     let updates: Vec<String> = set.iter().map(|run| run.updates().to_string()).collect();
     let Some(amplitude) = all_values(set, |run| {

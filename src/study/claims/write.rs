@@ -99,7 +99,7 @@ pub fn write(
     Ok(())
 }
 
-/// Returns the settings in their order.
+/// Returns each setting of the findings once, in the order of the findings.
 fn settings(findings: &[Finding]) -> Vec<&str> {
     let mut settings: Vec<&str> = Vec::new();
     for finding in findings {
@@ -116,8 +116,8 @@ fn claim_finding<'a>(findings: &'a [Finding], claim: u32, setting: &str) -> Opti
     findings.iter().find(fits)
 }
 
-/// Counts the paper's results in a setting by verdict: the result holds, fails, is undecided, or has no run. Claims of
-/// the other kinds do not count.
+/// Counts the results of the paper in a setting by verdict. The verdicts are: the result holds, fails, is undecided, or
+/// has no run. Only claims of the kind [`Kind::Result`] count.
 pub fn counts(findings: &[Finding], setting: &str) -> [usize; 4] {
     let results = CLAIMS.iter().filter(|claim| claim.kind == Kind::Result);
     let mut counts = [0; 4];
@@ -150,8 +150,9 @@ fn count_text(findings: &[Finding], setting: &str) -> String {
 
 const ABOUT: &str = "Claims of the kind “method” follow from the definition of the method. These claims and the check do not count. Thresholds marked * come from this program, not from the paper.";
 
-/// Returns all findings as Markdown: a table of verdicts, the paper's numbers compared with ours, and for each claim
-/// the paper's words, the criterion, the measurements and likely causes.
+/// Returns all findings as Markdown. A first table lists the verdicts, and a second table compares the numbers of the
+/// paper with our numbers. For each claim, the text gives the words of the paper, the criterion, the measurements and
+/// likely causes.
 pub fn markdown(findings: &[Finding], evidence: &[Evidence]) -> String {
     let settings = settings(findings);
     let mut text = String::new();

@@ -5,12 +5,12 @@ use crate::grid::Grid;
 /// Number of terms of the quadratic, the largest polynomial.
 const MOST_TERMS: usize = 6;
 
-/// Smallest ratio of a pivot to its diagonal. Below it, the points do not determine the terms. Well-spread
-/// points have pivots of order 0.1; rounding gives 1e-16.
+/// Smallest ratio of a pivot to its diagonal entry. If the ratio is below `SINGULAR`, the points do not determine all
+/// terms of the polynomial. Well-spread points have pivots of order 0.1; rounding gives 1e-16.
 const SINGULAR: f64 = 1e-11;
 
-/// Number of solves. The first has an error of rounding times condition number; the second, on the residual,
-/// removes it.
+/// Number of solves. The first solve has an error of rounding times condition number. The second solve, on the
+/// residual, removes the error of the first solve.
 const SOLVES: usize = 2;
 
 /// Returns the number of terms of a polynomial of order 0, 1 or 2.
@@ -18,8 +18,8 @@ pub(super) fn terms(order: usize) -> usize {
     (order + 1) * (order + 2) / 2
 }
 
-/// Polynomial in the coordinates of the map, each from -1 to 1. The space of planes or quadratics does not
-/// depend on the spacing, and these coordinates keep the equations well conditioned.
+/// Polynomial in the coordinates of the map, each from -1 to 1. The space of planes or quadratics does not depend on
+/// the spacing. Coordinates from -1 to 1 keep the equations well conditioned.
 pub(super) struct Polynomial {
     pub(super) coefficients: [f64; MOST_TERMS],
 }
@@ -35,8 +35,8 @@ impl Polynomial {
     }
 }
 
-/// Fits the polynomial of this order to the heights that are not NaN. Returns `None` if they do not determine
-/// it.
+/// Fits the polynomial of order `order` to the heights that are not NaN. Returns `None` if the heights do not determine
+/// the polynomial.
 pub(super) fn fit(grid: &Grid, heights: &[f64], order: usize) -> Option<Polynomial> {
     let terms = terms(order);
     let mut matrix = [[0.0; MOST_TERMS]; MOST_TERMS];

@@ -9,8 +9,8 @@ use super::PrepareError;
 use super::detrend::fit;
 use crate::grid::Grid;
 
-/// Largest residual of the mean-value property, as a fraction of the range of heights: far below the noise of
-/// any instrument.
+/// Largest residual of the mean-value property, as a fraction of the range of heights. The largest residual is far
+/// below the noise of any instrument.
 const TOLERANCE: f64 = 1e-12;
 
 /// Largest number of iterations, beyond the need of the largest map. A hole n points wide takes some n

@@ -1,4 +1,4 @@
-//! Form of a whole map: its tilt and curvature.
+//! Form of a whole height map: the tilt and the curvature of the map.
 
 use super::detrend::{self, Polynomial};
 use crate::grid::Grid;
@@ -15,7 +15,7 @@ pub struct Form {
 }
 
 impl Form {
-    /// Fits the form of a map. Returns `None` if its points do not determine a paraboloid.
+    /// Fits the form of a map. Returns `None` if the points of the map do not determine a paraboloid.
     pub fn fit(map: &Topography) -> Option<Form> {
         let [dx, dy] = map.spacing.unwrap_or([1.0; 2]);
         let grid = Grid {

@@ -1,12 +1,14 @@
 //! Conversion of a measured height map to heights on the joint's grid.
 //!
-//! The steps, in this order:
-//! 1. The map is placed on the joint, centred up to a shift. The spacing of the map decides how much of the map
-//!    the joint needs. The map is never stretched silently.
-//! 2. If the spacing equals the size of the joint's cells, a window of whole points is taken.
-//! 3. The trend is fitted to the measured points of the joint, and subtracted.
-//! 4. Unmeasured points are masked or filled.
-//! 5. The map is resampled to the joint's cells, unless it already has their shape.
+//! The conversion of a height map has five steps in the following order:
+//! 1. The conversion places the centre of the map on the centre of the joint, or at a shift. The spacing of the map
+//!    determines which part of the map the joint covers. The conversion never stretches the map without a note to the
+//!    user.
+//! 2. The spacing of the map can equal the size of the joint's cells. The conversion then cuts a window of whole points
+//!    from the map.
+//! 3. The conversion fits a trend to the measured points of the joint and subtracts the trend.
+//! 4. The conversion masks or fills unmeasured points.
+//! 5. The conversion resamples the map to the joint's cells, unless the points of the map are already the cells.
 
 mod detrend;
 mod fill;
@@ -33,21 +35,23 @@ pub const PLAUSIBLE_HEIGHTS: [f64; 2] = [1e-9, 1e-3];
 /// Smallest number of points along a side of the joint; with fewer a map shows no roughness.
 const FEWEST_POINTS: f64 = 4.0;
 
-/// Largest deviation, in cells over the joint, at which the map's points coincide with the joint's cells.
+/// Largest permitted difference between the map's points and the joint's cells. The difference is in cells over the
+/// length of the joint. Below `SAME_CELLS`, the points and the cells coincide.
 const SAME_CELLS: f64 = 0.01;
 
-/// Relative differences in size below this are rounding (SUR stores its spacing in single precision).
+/// A relative difference in size below `ROUNDING` is a rounding error, because SUR files store the spacing in single
+/// precision.
 const ROUNDING: f64 = 1e-5;
 
 /// Smallest measured fraction of a cell that belongs to the joint.
 const MEASURED_SHARE: f64 = 0.5;
 
-/// Trend to subtract from the map: a polynomial in x and y, fitted by least squares to the measured points of
-/// the joint.
+/// Trend to subtract from the map. The trend is a polynomial in x and y. The conversion fits the polynomial to the
+/// measured points of the joint by least squares.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Detrend {
-    /// Subtracts nothing: the heights keep their mean.
+    /// Subtracts no trend, so the heights keep their mean.
     None,
     /// Mean height.
     Mean,
@@ -61,11 +65,11 @@ pub enum Detrend {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Fill {
-    /// Removes cells from the joint that are less than half measured: they carry no load.
+    /// Removes cells from the joint of which less than half is measured. A removed cell carries no load.
     Mask,
-    /// Fills with the smoothest surface through the rim of the hole: the Laplace equation with the measured
-    /// neighbours as boundary values, solved about the mean plane (exact for a plane). The fill has no
-    /// roughness and no peak of its own.
+    /// Fills a hole with the solution of the Laplace equation, which is the smoothest surface through the rim. The
+    /// boundary values are the heights of the measured neighbours above the mean plane. The fill is exact for a plane.
+    /// The fill has no roughness and no peaks.
     Interpolate,
 }
 
@@ -85,12 +89,12 @@ pub struct PrepareOptions {
 pub struct PreparedSurface {
     /// Input joint. If holes are masked, without the cells that were not measured.
     pub patch: Patch,
-    /// Heights \[m\], one per cell; 0 outside the patch. After a trend is subtracted, their mean over the
+    /// Heights \[m\], one per cell; 0 outside the patch. If a trend is subtracted, the mean of the heights over the
     /// patch is zero.
     pub heights: Vec<f64>,
     /// Actions that the user should know.
     pub notices: Vec<Notice>,
-    /// Heights of the first and the second face, if this is a composite \[m\].
+    /// Heights of the first and of the second face \[m\], if the surface is a composite of two faces.
     pub faces: Option<[Vec<f64>; 2]>,
     /// Fit of the map to the joint; for two faces the worse value of each figure.
     pub fit: Fit,
@@ -107,8 +111,8 @@ pub struct Fit {
     pub is_assumed: bool,
     /// Fraction of the joint's points that was not measured.
     pub unmeasured: f64,
-    /// Autocorrelation of the heights over two points along x and y, after the trend; `None` for a flat or an
-    /// empty map.
+    /// Autocorrelations of the heights at a lag of two points along x and along y, without the trend. `None` for a flat
+    /// or an empty map.
     pub correlation: [Option<f64>; 2],
     /// Longer side of the map \[m\]; `None` for a map without spacing.
     pub side: Option<f64>,
@@ -117,7 +121,7 @@ pub struct Fit {
 }
 
 impl Fit {
-    /// Rejects a map if the joint covers too few of its points.
+    /// Rejects a map if the joint covers too few points of the map.
     ///
     /// # Errors
     /// [`PrepareError::FewPoints`]
@@ -184,7 +188,7 @@ impl PreparedSurface {
     }
 }
 
-/// Action on a topography that the user should know. `Display` writes it as a sentence.
+/// Action on a topography that the user should know. `Display` writes the notice as a sentence.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Notice {
     /// The action concerns the second of two faces.
@@ -287,7 +291,7 @@ pub enum PrepareError {
     /// A map without spacing covers the whole joint and cannot be shifted.
     #[error("surface.second.shift moves a map that states no spacing; give surface.second.spacing")]
     ShiftWithoutSpacing,
-    /// The joint covers too few points of the map.
+    /// The joint covers too few points of the height map.
     #[error(
         "the joint covers {:.3} x {:.3} points of the map, and at least {least} x {least} are needed: correct the distance of its points (surface.spacing, \
          or surface.correct.spacing if the file is wrong), or joint.size", points[0], points[1], least = FEWEST_POINTS
@@ -301,7 +305,7 @@ pub enum PrepareError {
         "{points} measured points do not determine the {terms} terms of detrend = \"{detrend}\"; see whether surface.spacing is right, or use a simpler trend"
     )]
     Underdetermined {
-        /// Trend, as the scene spells it.
+        /// Name of the subtracted trend, as in the scene.
         detrend: &'static str,
         /// Measured points within the joint.
         points: usize,
@@ -326,7 +330,8 @@ pub enum PrepareError {
         /// Kept cells of the joint.
         cells: usize,
     },
-    /// The number of heights contradicts the number of points. No reader returns such a topography.
+    /// The number of heights contradicts the number of points. No reader returns a topography with a wrong number of
+    /// heights.
     #[error("the topography has {found} heights for {nx} x {ny} points")]
     Length {
         /// Number of heights.
@@ -352,9 +357,9 @@ pub enum PrepareError {
 
 /// Converts a topography to heights on the joint.
 ///
-/// A map with the shape of the joint's grid is used point by point. Another map is resampled conservatively
-/// (see the source of `resample`): the mean is preserved, a plane stays a plane, and coarsening averages over
-/// the cell rather than picking points.
+/// A map with the shape of the joint's grid is used point by point. Other maps are resampled conservatively (see the
+/// source of `resample`). The resampling preserves the mean and planes. On a coarser grid, a height is the mean over
+/// the cell, not the height of one point.
 ///
 /// # Errors
 /// [`PrepareError`], mostly for a map that is smaller than the joint.
@@ -454,12 +459,12 @@ pub fn onto_joint(
 
 /// Part of a topography that covers the joint.
 struct Map {
-    /// Points, with their spacing on the joint.
+    /// Points of the map, with their spacing on the joint.
     grid: Grid,
     heights: Vec<f64>,
     /// True for a point in a kept cell of the joint.
     within: Vec<bool>,
-    /// Ends of the joint on this map along x and y, in points.
+    /// Ends of the joint along x and y on the map, in points of the map.
     window: [[f64; 2]; 2],
     /// Whether the points coincide with the cells of the joint.
     is_on_cells: bool,
@@ -498,7 +503,7 @@ impl Map {
             if !crops[axis] {
                 continue;
             }
-            // Length of the joint, and its start on the map, in points.
+            // Length of the joint, and start of the joint on the map, in points of the map.
             let mut length = all / ratio[axis];
             let spacing = map[axis] / all;
             let centred = 0.5 * (all - length) - shift[axis] / spacing;

@@ -1,15 +1,17 @@
 //! Conservative resampling between regular grids.
 //!
-//! A height represents the mean over its cell. Along each axis in turn, the heights are reconstructed as a
-//! parabola in every old cell. The parabola has the cell's mean and meets its neighbours at the edges. The
-//! edge heights are those of a cubic through four cell means, as in the piecewise parabolic method of Colella
-//! and Woodward (1984), but without limiters. The new height is the mean of the reconstruction over the new
-//! cell. So
-//! - the mean over the map is preserved to rounding, on any pair of grids;
-//! - a coarser grid averages without aliasing, and at a whole ratio it gives the plain block mean;
-//! - planes and quadratics are reproduced, as cell means, up to the edges; equal grids give the identity;
-//! - without limiters it is linear in the heights; next to a spike it undershoots by up to an eighth of the
-//!   spike.
+//! Every height is the mean height of one cell. Along each axis in turn, the resampling computes one parabola in every
+//! old cell. The mean of a parabola is the mean height of the cell. Two neighbouring parabolas have the same height at
+//! the edge between their cells. A cubic through four cell means gives the height at an edge. The method is the
+//! piecewise parabolic method of Colella and Woodward (1984) without limiters. Each new height is the mean of the
+//! parabolas over the new cell. Properties of the resampling:
+//! - The resampling preserves the mean over the map up to rounding, for any pair of grids.
+//! - A coarser grid averages the heights without aliasing. If the ratio of the grids is a whole number, a new height is
+//!   the block mean.
+//! - The cell means of planes and of quadratic surfaces are exact up to the edges. If the grids are equal, the heights
+//!   do not change.
+//! - The new heights are a linear function of the old heights, because the method has no limiters. Next to a spike, the
+//!   new heights undershoot by up to an eighth of the height of the spike.
 
 use crate::grid::Grid;
 
@@ -64,7 +66,7 @@ fn both_axes(
     resampled
 }
 
-/// Computes the means over equal cells that divide the window.
+/// Divides the window into equal cells and computes the mean height of each cell.
 fn means(line: &[f64], edges: &[[f64; 2]], window: [f64; 2], new: &mut [f64]) {
     let n = line.len();
     let width = (window[1] - window[0]) / new.len() as f64;
@@ -87,7 +89,8 @@ fn means(line: &[f64], edges: &[[f64; 2]], window: [f64; 2], new: &mut [f64]) {
     }
 }
 
-/// Returns the integral from a to b, in [0, 1], of the parabola with this mean and these edge heights.
+/// Returns the integral of a cell's parabola from a to b, both in [0, 1]. The parabola has the mean `mean`, and the
+/// heights `low` and `high` at the edges of the cell.
 fn integral(mean: f64, [low, high]: [f64; 2], a: f64, b: f64) -> f64 {
     let linear = 3.0 * mean - 2.0 * low - high;
     let square = low + high - 2.0 * mean;

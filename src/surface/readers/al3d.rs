@@ -1,8 +1,8 @@
-//! Alicona's AL3D: tags of fixed width, then an image of depths in metres, single precision, line by line, x
-//! fastest.
+//! Reader of AL3D files of Alicona. An AL3D file has tags of fixed width and a depth image. The depths are in metres,
+//! in single precision, line by line, with x fastest.
 //!
-//! A tag has 20 bytes of name and 30 of value, both padded with NUL, and a line end. Each line of the image
-//! is padded to a multiple of eight points. A colour image may follow, which is ignored.
+//! A tag has a name of 20 bytes, a value of 30 bytes and a line end. NUL bytes pad the name and the value. Each line of
+//! the image is padded to a multiple of eight points. The reader ignores a colour image after the depth image.
 
 use super::error::ReadProblem;
 use super::{Content, ReadOptions, from_lines, points, stated_unit};
@@ -14,14 +14,14 @@ const NAME: usize = 20;
 const VALUE: usize = 30;
 const TAG: usize = NAME + VALUE + 2;
 
-/// Each line of the image has a multiple of this many points.
+/// Each line of a depth image has a multiple of `LINE_MULTIPLE` points.
 const LINE_MULTIPLE: usize = 8;
 
 /// Bytes per depth.
 const WIDTH: usize = 4;
 
-/// Largest relative difference between a depth and the value of an invalid pixel at which the depth is
-/// invalid: the tag may have only seven digits.
+/// Largest relative difference between the depth of an invalid pixel and the value in the tag for invalid pixels. The
+/// tag can have only seven digits.
 const SAME_VALUE: f64 = 1e-6;
 
 pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Content, ReadProblem> {
@@ -74,7 +74,7 @@ pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Content, Read
             "a depth image of {ny} lines of {line} points of {WIDTH} bytes from byte {start} on"
         ),
     })?;
-    // A colour image that begins within the depths shows that the lines are shorter than assumed.
+    // If the offset of the colour image is within the depth image, the lines are shorter than the reader assumes.
     if let Some(texture) = texture
         && (start..end).contains(&texture)
     {
@@ -180,7 +180,8 @@ impl Tags {
         }
     }
 
-    /// Returns the offset of a part that may be missing, which the file marks with 0.
+    /// Returns the offset of an optional part of the file. If the part is missing, the offset in the file is 0, and the
+    /// function returns `None`.
     fn offset(&self, name: &str) -> Result<Option<usize>, ReadProblem> {
         match self.optional(name) {
             Some(_) => self.whole(name).map(|n| (n > 0).then_some(n)),

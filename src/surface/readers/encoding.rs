@@ -6,9 +6,9 @@ use encoding_rs::{Encoding, UTF_8, WINDOWS_1252};
 
 use super::error::ReadProblem;
 
-/// Decodes `bytes` and returns the text with the name of its encoding. The byte order mark decides, then the
-/// declared encoding. Without a mark or a declaration, the text is UTF-8 or, if UTF-8 fails, Windows-1252, which
-/// contains the characters of Latin-1.
+/// Decodes `bytes` and returns the text with the name of its encoding. The byte order mark decides, then the declared
+/// encoding. A text without a byte order mark or a declared encoding is decoded as UTF-8. If the bytes are invalid
+/// UTF-8, `decode` uses Windows-1252. Windows-1252 contains all characters of Latin-1.
 ///
 /// # Errors
 /// If the bytes are invalid in the encoding that the mark or the declaration names.

@@ -41,10 +41,10 @@ pub enum ReadProblem {
         expected: String,
         /// First bytes found.
         found: String,
-        /// Format to which these bytes belong, if known.
+        /// Format to which the first bytes of the file belong, if known.
         looks_like: Option<&'static str>,
     },
-    /// The file ends too early, or the size of a part contradicts its description.
+    /// The file ends too early, or a part of the file has another size than the file states.
     #[error("{part} has {found} bytes; {expected} are needed for {reason}")]
     Size {
         /// Part of the file.

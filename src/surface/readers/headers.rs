@@ -12,9 +12,9 @@ const WIDTH: &str = "Width|Šířka|Breite|Anchura|Largeur|Larghezza|幅|폭|Lar
 const HEIGHT: &str = "Height|Výška|Höhe|Altura|Hauteur|Altezza|高さ|높이|Высота";
 const VALUE_UNITS: &str = "Value units|Jednotky hodnot|Einheiten|Unités|unità valore|値の単位|값 단위|Unidades de valor|Единицы измерения";
 
-/// Header of a matrix whose lines are lines of y.
+/// Header above a matrix of heights that has one line of numbers per y.
 pub(super) struct Header {
-    /// Program that writes such a header.
+    /// Name of the program that writes headers of this format.
     pub program: &'static str,
     /// Lengths of the map along x and y \[m\], and their text in the header.
     pub size: Option<([f64; 2], String)>,

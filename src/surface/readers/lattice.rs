@@ -1,4 +1,5 @@
-//! Conversion of scattered x, y, z rows, in any order and with points missing, to a regular grid.
+//! Conversion of rows of x, y and z to a regular grid. The rows can be in any order, and points of the grid can be
+//! missing.
 
 use super::error::ReadProblem;
 use super::points;
@@ -76,7 +77,7 @@ pub(super) fn from_points(rows: &[[f64; 3]]) -> Result<Topography, ReadProblem> 
         }
         heights[index] = z;
     }
-    // A single line has no spacing of its own; use the spacing of the other axis.
+    // An axis with a single grid line has no spacing of its own. The axis gets the spacing of the other axis.
     let [dx, dy] = match (x.count, y.count) {
         (1, _) => [y.step, y.step],
         (_, 1) => [x.step, x.step],
@@ -90,12 +91,12 @@ pub(super) fn from_points(rows: &[[f64; 3]]) -> Result<Topography, ReadProblem> 
     })
 }
 
-/// Fraction of the grid spanned by the first two columns. With more rows than this, the rows are points with
-/// further columns.
+/// Fraction of the points of a grid whose positions are the first two columns of a matrix. If the matrix has rows for a
+/// larger fraction of the points, each row is a point with further columns.
 const POINTS_FILL_FRACTION: f64 = 0.75;
 
-/// Rejects the rows of a matrix that are points with further columns: the first two columns fill a grid, each
-/// pair once.
+/// Rejects a matrix whose rows are points with further columns. The first two columns of such a matrix fill a grid, and
+/// each pair of positions occurs once.
 pub(super) fn reject_points(columns: usize, values: &[f64]) -> Result<(), ReadProblem> {
     let rows = values.chunks_exact(columns);
     let points: Vec<[f64; 3]> = rows.map(|row| [row[0], row[1], 0.0]).collect();

@@ -27,19 +27,20 @@ use crate::files;
 /// most some 4 GB, which fits into the memory of a usual machine.
 const MOST_POINTS: usize = 1 << 27;
 
-/// Largest length of a file in bytes: about the length of a text with the most points, each with a position
-/// and a height.
+/// Largest permitted length of a surface file in bytes. A text file with the largest permitted number of x, y, z rows
+/// has about this length.
 const LONGEST_FILE: u64 = 4 << 30;
 
 /// User's additions to the content of a file. All lengths are in metres.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct ReadOptions {
-    /// Length of one unit of height \[m\], for example 1e-6 for micrometres (`surface.unit`). Formats without
-    /// a unit need it. If the file states a unit, both must agree.
+    /// Length of one unit of height \[m\], for example 1e-6 for micrometres (`surface.unit`). Formats without a unit
+    /// need `height_unit`. If the file states a unit, `height_unit` must agree with the unit of the file.
     pub height_unit: Option<f64>,
     /// Length of one unit of the x and y columns of an XYZ table \[m\]; the height unit if absent.
     pub lateral_unit: Option<f64>,
-    /// Distance between points along the joint's x and y \[m\] (`surface.spacing`). It overrides the file.
+    /// Distance between points along the joint's x and y \[m\] (`surface.spacing`). `spacing` overrides the spacing of
+    /// the file.
     pub spacing: Option<[f64; 2]>,
     /// Whether to swap the axes of the map, and of the spacing that the file states (`surface.transpose`).
     pub transpose: bool,
@@ -50,7 +51,7 @@ pub struct ReadOptions {
 /// Corrections of wrong statements in a file.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Correction {
-    /// Length of one unit of height \[m\]: heights are the numbers of the file times this.
+    /// Length of one unit of height \[m\]. The heights are the numbers of the file times `unit`.
     pub unit: Option<f64>,
     /// Distance between points along the joint's x and y \[m\].
     pub spacing: Option<[f64; 2]>,
@@ -68,7 +69,7 @@ impl Correction {
 pub struct Reading {
     /// Height map.
     pub topography: Topography,
-    /// Name of the format, such as "X3P".
+    /// Name of the format of the surface file, such as "X3P".
     pub format: &'static str,
     /// Length of one unit of height that the file states \[m\].
     pub stated_unit: Option<f64>,
@@ -79,11 +80,11 @@ pub struct Reading {
 /// Result of a format's parser: the map, the unit of height that the file states, and the remarks.
 type Content = (Topography, Option<f64>, Vec<String>);
 
-/// File format: its name, how to recognise it, and its parser.
+/// Format of surface files: name, file extensions, first bytes and parser.
 struct Format {
     name: &'static str,
     extensions: &'static [&'static str],
-    /// First bytes that such a file may have; empty for text.
+    /// Byte sequences with which a file of the format may begin; empty for a text format.
     magics: &'static [&'static [u8]],
     parse: fn(&[u8], &ReadOptions) -> Result<Content, ReadProblem>,
 }
@@ -136,7 +137,7 @@ const FORMATS: [Format; 7] = [
 /// Reads a topography. The extension decides the format. If the extension is unknown, the first bytes decide.
 ///
 /// # Errors
-/// [`ReadError`], which names the file, what was found, and what would be right.
+/// Returns a [`ReadError`], which names the file, the invalid content and the expected content.
 pub fn read(path: &Path, options: &ReadOptions) -> Result<Reading, ReadError> {
     parse(path, &bytes(path)?, options)
 }
@@ -316,7 +317,8 @@ fn length_unit(text: &str) -> Option<f64> {
     })
 }
 
-/// Returns the number of points. Rejects too many before anything of that size is allocated.
+/// Returns the number of points of a map. Rejects more than `MOST_POINTS` points before the reader allocates memory for
+/// the map.
 fn points(nx: usize, ny: usize) -> Result<usize, ReadProblem> {
     nx.checked_mul(ny)
         .filter(|&points| points <= MOST_POINTS)

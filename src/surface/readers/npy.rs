@@ -1,5 +1,5 @@
-//! NumPy arrays: two axes, axis 0 is x; floating-point or integer numbers, either byte order, C or Fortran
-//! order.
+//! Reader of NumPy arrays with two axes. Axis 0 of the array is x. The reader accepts floating-point and integer
+//! numbers, both byte orders, and both C and Fortran order.
 
 use std::io::Read;
 

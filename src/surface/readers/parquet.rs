@@ -1,5 +1,6 @@
-//! Parquet tables: `i, j, height` as in our own `surface.parquet`, or `x, y, z`. The metadata of a column
-//! state its `unit`; otherwise the user's unit applies.
+//! Reader of Parquet tables. The columns are `i, j, height`, as in fretwear's `surface.parquet`, or `x, y, z`. The
+//! metadata of a column can state the `unit` of the column. The unit that the user passes applies to columns without a
+//! `unit`.
 
 use arrow_array::cast::AsArray;
 use arrow_array::types::{

@@ -1,5 +1,6 @@
-//! SDF (ISO 25178-71), text or binary: a header, then heights in units of `Zscale`, line by line, x fastest,
-//! then remarks, which are ignored. Lengths are in metres.
+//! Reader of SDF files (ISO 25178-71), text or binary. An SDF file contains a header, the heights and remarks. The
+//! heights are in units of `Zscale`, line by line, with x running fastest. The reader ignores the remarks. Lengths in
+//! an SDF file are in metres.
 
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
@@ -61,12 +62,12 @@ struct Kind {
     name: &'static str,
     width: usize,
     value: fn(&[u8]) -> f64,
-    /// Returns true for the value of an unmeasured point: the smallest number of a signed type, the largest
-    /// of an unsigned one.
+    /// Returns true if a stored number marks an unmeasured point. In a signed type, the smallest number marks an
+    /// unmeasured point. In an unsigned type, the largest number marks an unmeasured point.
     hole: fn(f64) -> bool,
 }
 
-/// Storage types, indexed by their number in a header.
+/// Storage types of heights. The header of an SDF file states the index of the storage type in `KINDS`.
 const KINDS: [Kind; 8] = [
     Kind {
         name: "unsigned 8 bits",

@@ -1,6 +1,7 @@
-//! Digital Surf's SUR: a header of 512 bytes, a comment, a private zone, then integers, line by line, x
-//! fastest. The integers may be compressed. A compressed file has the number of streams, the unpacked and packed length
-//! of each stream, and the streams in order.
+//! Reader of SUR files by Digital Surf. A SUR file contains a header of 512 bytes, a comment, a private zone and the
+//! heights. The heights are integers, line by line, with x running fastest. The integers can be compressed. A
+//! compressed file stores the number of streams, the unpacked and packed length of each stream, and the streams in
+//! order.
 
 use std::borrow::Cow;
 use std::io::Read;

@@ -1,9 +1,10 @@
-//! Text: a matrix of heights, or a table of x, y, z.
+//! Reader of text files. A text file contains a matrix of heights or a table of x, y and z.
 //!
-//! Each line is one x and has the values along y, like the output of `numpy.savetxt` for an array with axis 0
-//! along x. Below a header of Gwyddion or SPIP each line is one y. Columns named x, y, z, and lines of
-//! exactly three numbers, are points. The separator is `;`, tab, `,` or blanks, and follows from the first
-//! lines. `#` starts a comment. The reader rejects a text that it could misread.
+//! Each line of a matrix contains the heights at one x, in ascending order of y. `numpy.savetxt` writes the same order
+//! for an array with axis 0 along x. Below a header of Gwyddion or SPIP, each line contains the heights at one y. The
+//! reader reads a table of points if the columns are named x, y, z, or if every line has exactly three numbers. The
+//! separator of numbers is `;`, tab, `,` or blanks. The reader finds the separator in the first lines of the text. `#`
+//! starts a comment. The reader rejects a text that it could misread.
 
 use csv::{ReaderBuilder, Trim};
 
@@ -17,11 +18,12 @@ use super::{
 };
 use crate::surface::topography::Topography;
 
-/// Smallest magnitude that counts as a hole: programs write such numbers where nothing was measured.
+/// Smallest magnitude of a number that the reader treats as a hole. Programs write numbers of 1e30 or more at
+/// unmeasured points.
 const FILLER: f64 = 1e30;
 
-/// Values that are holes, as remarks name them. The reader ignores the case of these values, and runs of `*` and of `-`
-/// may be longer.
+/// Texts that mark a hole, as the reader's remarks name these texts. The reader ignores the case of the texts. A hole
+/// may also be a longer run of `*` or of `-`.
 const HOLES: [&str; 10] = [
     "",
     "nan",
@@ -106,7 +108,7 @@ fn matrix(
     })
 }
 
-/// Reads a matrix with one line per y, below a header that states this.
+/// Reads the matrix of heights below `header`, with one line of numbers per y.
 fn below_header(
     header: &Header,
     mut numbers: Numbers,
@@ -227,7 +229,7 @@ impl Names {
         for field in fields {
             let field = field.trim_matches(['"', '\'']);
             match all.last_mut() {
-                // Blanks also separate a name from its unit.
+                // A field that begins with a bracket is a unit: join the unit to the name before the blank.
                 Some(name) if field.starts_with(['[', '(']) => *name = format!("{name} {field}"),
                 _ => all.push(field.to_owned()),
             }
@@ -270,7 +272,7 @@ impl Names {
     }
 }
 
-/// Returns a name without its unit: `z` for `z [nm]` and for `z_nm`.
+/// Returns the name of a column without the unit of the column: `z` for `z [nm]` and for `z_nm`.
 fn bare(name: &str) -> &str {
     let name = name.split(['[', '(']).next().unwrap_or_default().trim();
     match name.rsplit_once('_') {
@@ -302,8 +304,8 @@ fn ending_unit(name: &str) -> Option<f64> {
         .and_then(|(_, unit)| length_unit(unit))
 }
 
-/// Rejects a first line that contains labels or positions of the columns, as data frames are saved, and a
-/// first column that numbers the lines.
+/// Rejects a matrix whose first line contains labels or positions of the columns. Rejects a matrix whose first column
+/// numbers the lines. A saved data frame contains labels of its columns and lines.
 fn reject_labels(columns: usize, values: &[f64], line: u64) -> Result<(), ReadProblem> {
     let corner = usize::from(values[0].is_nan());
     let lines = values.chunks_exact(columns);
@@ -319,7 +321,7 @@ fn reject_labels(columns: usize, values: &[f64], line: u64) -> Result<(), ReadPr
     let along_column = steps(&first_column);
     let both = corner == 1 && along_line.is_some() && along_column.is_some();
     let whole = |heights: &[f64]| heights.iter().all(|h| h.is_nan() || h.fract() == 0.0);
-    // Heights may be equally spaced, too: if all are integers, or on a plane.
+    // Equally spaced numbers may be heights instead of labels: integer heights, or heights on a plane.
     let counts =
         |labels: &[f64], steps_found: Option<(f64, f64)>, neighbours: &[f64]| match steps_found {
             Some((start, step)) => {
@@ -370,7 +372,7 @@ fn near(a: f64, b: f64, step: f64) -> bool {
 struct Numbers {
     /// Numbers per line; 0 without numbers.
     columns: usize,
-    /// Numbers line by line. For named columns: x, y and z in this order.
+    /// Numbers line by line. If the file names its columns, `values` contains x, y and z of each line in this order.
     values: Vec<f64>,
     /// Number of the first line.
     line: u64,
@@ -383,7 +385,7 @@ struct Numbers {
 }
 
 impl Numbers {
-    /// Parses the numbers. One of the `comments` above them may name the columns.
+    /// Parses the numbers of a text. One of the `comments` above the numbers may name the columns.
     fn of(text: &str, comments: &[&str]) -> Result<Numbers, ReadProblem> {
         let separator = separator(text);
         // A separator at the end of every line does not start another field.
@@ -465,7 +467,8 @@ impl Numbers {
         }
     }
 
-    /// Reads the names if the first line has names instead of numbers. Returns whether it has.
+    /// Reads the names of the columns if the first line has names instead of numbers. Returns true if the first line
+    /// has names.
     fn take_names(&mut self, line: u64, fields: &[&str]) -> Result<bool, ReadProblem> {
         let names = fields.iter().filter(|field| is_name(field)).count();
         let empty = fields.iter().filter(|field| field.is_empty()).count();
@@ -543,13 +546,14 @@ impl Numbers {
     }
 }
 
-/// Returns the separator of values: `;`, tab or `,` if the first line contains it, otherwise blanks (`None`).
+/// Returns the separator of values: `;`, tab or `,` if the first line contains one of the three. Returns `None` if
+/// blanks separate the values.
 fn separator(text: &str) -> Option<char> {
     let lines = text.lines().map(str::trim);
     let mut lines = lines.filter(|line| !line.is_empty() && !line.starts_with('#'));
     let first = lines.clone().next().unwrap_or_default();
     let candidate = [';', '\t', ','].into_iter().find(|&s| first.contains(s))?;
-    // Commas within numbers that blanks separate, as in "1,5 2,5", are decimal commas.
+    // If blanks separate the numbers, commas within the numbers are decimal commas, as in "1,5 2,5".
     let numbers =
         lines.find(|line| line.starts_with(|c: char| c.is_ascii_digit() || "+-".contains(c)));
     let words = numbers.unwrap_or_default().split_whitespace();

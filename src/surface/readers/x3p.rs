@@ -1,6 +1,7 @@
-//! X3P (ISO 25178-72, formerly ISO 5436-2): a zip archive with `main.xml` and a binary file of points, line
-//! by line, x fastest, in metres. The members may be in a folder. Unpacking verifies the zip's own checksums,
-//! so the standard's additional MD5 sums are not verified.
+//! Reader of X3P files (ISO 25178-72, formerly ISO 5436-2). An X3P file is a zip archive with `main.xml` and a binary
+//! file of points. The points are in metres, line by line, with x running fastest. The two files can be in a folder of
+//! the archive. The reader verifies the checksums of the zip archive. The reader does not verify the additional MD5
+//! sums of the standard.
 
 use std::collections::HashMap;
 use std::io::{Cursor, Read};
@@ -25,7 +26,8 @@ const LONGEST_DESCRIPTION: u64 = 16 << 20;
 /// Largest depth of elements; the standard's elements are less than ten deep.
 const DEEPEST_ELEMENT: usize = 64;
 
-/// Elements that are read, by their path below the root. All other text is skipped.
+/// Paths of the XML elements that the reader uses, below the root element. The reader skips the text of all other
+/// elements.
 const ELEMENTS: [&str; 14] = [
     "Record1/FeatureType",
     "Record1/Axes/CX/AxisType",
@@ -392,7 +394,7 @@ impl Description {
     }
 }
 
-/// Finds a member by its path.
+/// Finds the member of the zip archive that has the path `name`.
 fn find<'a, 'b>(
     archive: &'a mut Archive<'b>,
     name: &str,

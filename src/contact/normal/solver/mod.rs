@@ -1,15 +1,16 @@
 //! Projected conjugate gradients, with the approximate inverse of the half spaces as preconditioner.
 //!
-//! Each step leads from an admissible pressure with the required resultants to another one of lower energy. The search
-//! direction remains conjugate while cells enter and leave the free set: the solver computes β of Hestenes and Stiefel
-//! from the true change of the residual. A trial step of the predicted length is projected onto the admissible
-//! pressures. The chord to the projected point is followed to the minimum of the energy on the chord; the displacement
-//! of the chord is the only convolution of the iteration. On a constant set of cells the solver is the conjugate
-//! gradient method, and always descends. The projection may bend a direction so far that the chord does not descend. If
-//! the chord does not descend, the solver tries shorter steps and simpler directions, down to the projected gradient,
-//! which always descends. The trials of shorter steps and simpler directions cost no convolution. If bounds cut off
-//! most of a step, the next step follows the gradient on all cells, far enough to bring most of them to a bound. The
-//! module [`step`] computes the steps of the solver.
+//! Each step leads from an admissible pressure with the required resultants to another one of lower energy. The solver
+//! computes β of Hestenes and Stiefel from the true change of the residual. With β of Hestenes and Stiefel, the search
+//! direction remains conjugate while cells enter and leave the free set. A trial step of the predicted length is
+//! projected onto the admissible pressures. The solver moves along the chord to the projected point, up to the minimum
+//! of the energy on the chord. The only convolution of an iteration computes the displacement of the chord. On a
+//! constant set of cells the solver is the conjugate gradient method, and always descends. The projection may bend a
+//! direction so far that the chord does not descend. If the chord does not descend, the solver tries shorter steps and
+//! simpler directions. The simplest direction is the projected gradient, and the projected gradient always descends.
+//! The trials of shorter steps and simpler directions cost no convolution. If bounds cut off most of a step, the next
+//! step uses the gradient on all cells. The gradient step is so long that most cells reach a bound. The module [`step`]
+//! computes the steps of the solver.
 
 mod step;
 
@@ -26,18 +27,18 @@ use crate::contact::sums::{LANES, extremes, sum};
 /// Rounding of a gap, relative to the approach: from the sums in a transform and the last digit of pressures.
 const ROUNDING: f64 = 128.0 * f64::EPSILON;
 
-/// Rounding of resultants, as a fraction of the largest pressure or of the sum of all pressures. Smaller pressures and
+/// Rounding error of a resultant, divided by the largest pressure or by the sum of all pressures. Smaller pressures and
 /// steps are noise.
 const NOISE: f64 = 1e-13;
 
-/// Number of cells that are checked together. If all of them are open and stay open, the block is skipped.
+/// Number of cells in a block. The solver skips a block if all cells of the block are open and stay open.
 const BLOCK: usize = 8;
 
 /// State of a solve. The gap is `residual` − the unknown motions.
 ///
 /// Fields have one value per cell of the grid. Arrays of [`OnFree`] have one value per free cell, in the order of
-/// `free`: few cells carry load, and sums over contiguous values are an order of magnitude faster than sums over listed
-/// cells.
+/// `free`. Only few cells carry load. Sums over contiguous values are an order of magnitude faster than sums over
+/// listed cells.
 pub(super) struct Solver<'a, 'h> {
     half_space: &'h mut HalfSpace,
     problem: &'a NormalProblem<'a>,
@@ -55,13 +56,13 @@ pub(super) struct Solver<'a, 'h> {
     pressure: Vec<f64>,
     /// (K + D) p − h − the given motions; ∞ on masked cells, which always stay open.
     residual: Vec<f64>,
-    /// Last step, and its displacement.
+    /// Last pressure step, and the displacement under the last pressure step.
     step: Vec<f64>,
     image: Vec<f64>,
     /// Σ residual over the elastic cells, and their number.
     elastic: [f64; 2],
     peak: f64,
-    /// Cells whose pressure may change: elastic cells, and cells at a bound that must leave the bound.
+    /// Cells whose pressure can change: elastic cells, and cells whose pressure must leave a bound.
     free: Vec<usize>,
     /// Free cells of the last step, which is 0 on all other cells.
     last_free: Vec<usize>,
@@ -355,8 +356,8 @@ impl<'a, 'h> Solver<'a, 'h> {
     }
 
     /// Finds the motions that minimise the gap of the elastic cells. Without an elastic cell, the approach is the
-    /// middle of the range that open and capped cells permit. If too few elastic cells determine the rotations, takes
-    /// the motion of least violation on all cells.
+    /// middle of the range that open and capped cells permit. If the elastic cells do not determine the rotations,
+    /// `find_motion` takes the motion of least violation on all cells.
     fn find_motion(&mut self) {
         if self.motions.is_empty() {
             return;
@@ -428,7 +429,7 @@ impl<'a, 'h> Solver<'a, 'h> {
         }
     }
 
-    /// Returns the solution if it has the required resultants.
+    /// Returns the solution if the pressures have the required resultants.
     fn finish(self, error: f64) -> Result<NormalSolution, ContactError> {
         let error = error.max(self.imbalance());
         if error.is_nan() || error > self.options.tolerance {
@@ -456,8 +457,8 @@ impl<'a, 'h> Solver<'a, 'h> {
     }
 }
 
-/// Sets pressures that meet a bound, up to rounding, exactly to that bound. `largest` is the largest pressure of other
-/// cells.
+/// Sets a pressure to a bound if the pressure differs from the bound only by rounding. `largest` is the largest
+/// pressure of other cells.
 fn snap(pressure: &mut [f64], cap: f64, largest: f64) {
     let noise = NOISE * extremes(pressure).1.max(largest);
     for p in pressure {

@@ -6,24 +6,27 @@ use super::{NOISE, Solver, snap};
 use crate::contact::cells::{gather, scatter};
 use crate::contact::sums::{dot, extremes, sums};
 
-/// A chord descends if its slope exceeds this fraction of the sum of the sizes of its terms. Less is rounding.
+/// Smallest slope of a descending chord, divided by the sum of the magnitudes of the terms in the slope. A smaller
+/// slope is rounding.
 const LEAST_SLOPE: f64 = 1e-12;
 
 /// Number of trials along one direction, each a quarter as long as the one before. A simpler direction follows.
 const TRIALS: usize = 3;
 
-/// Multiple of a bent chord up to which the chord is followed beyond its end. Rounding of its resultants grows equally.
+/// Largest length of a step along a bent chord, as a multiple of the chord. The rounding of the resultants grows by the
+/// same multiple.
 const EXTENSION: f64 = 4.0;
 
-/// A bent chord whose minimum lies between this fraction and its end is taken whole. The cells that it opens then open
-/// fully, and hardly any descent is lost.
+/// Fraction of a bent chord. If the minimum of the energy lies beyond the fraction `WHOLE_CHORD_FRACTION`, the solver
+/// takes the whole chord. With the whole chord, the opening cells open fully, and the step loses hardly any descent.
 const WHOLE_CHORD_FRACTION: f64 = 0.8;
 
 /// Bounds on the length of a trial step along a preconditioned direction, whose natural length is one. If the
 /// projection cuts off most of a step, no length is best, and the prediction would diverge.
 const LENGTHS: (f64, f64) = (1e-3, 4.0);
 
-/// Multiple of a bent chord beyond which its minimum shows that bounds have cut off most of the step.
+/// Multiple of a bent chord. A minimum beyond this multiple of the chord shows that bounds have cut off most of the
+/// step.
 const CUT_OFF_RATIO: f64 = 8.0;
 
 /// Bound on the length of a long step along the gradient, in units of 1/λ.
@@ -77,7 +80,8 @@ impl Solver<'_, '_> {
         for (p, step) in values.pressure.iter().zip(&values.step) {
             let room = if *step < 0.0 { *p } else { self.cap - p };
             let part = room / step.abs();
-            // A zero step gives an infinite part, or NaN on a bound. This comparison ignores both.
+            // A zero step gives an infinite part, or NaN on a bound. The comparison `part < reach` ignores infinity and
+            // NaN.
             reach = if part < reach { part } else { reach };
         }
         let best = if curvature > 0.0 {
@@ -105,8 +109,8 @@ impl Solver<'_, '_> {
         snap(&mut values.pressure, self.cap, largest_held);
         scatter(&values.pressure, &self.free, &mut self.pressure);
         self.move_residual(part);
-        // If the best part is less than the whole chord, the cells that the trial opens stay closed. A shorter trial
-        // opens them.
+        // If the solver takes only a part of the chord, the cells that the trial would open stay closed. A shorter
+        // trial opens the cells that stay closed.
         let along_gradient = matches!(way, SearchDirection::Gradient | SearchDirection::Long);
         let length = match along_gradient {
             true => length * self.half_space.self_compliance(),
@@ -134,7 +138,7 @@ impl Solver<'_, '_> {
         gather(&self.pressure, &self.free, &mut values.pressure);
         gather(&self.step, &self.free, &mut values.direction);
         gather(&self.image, &self.free, &mut values.image);
-        // If there are too few cells for all motions, or no unknown motion, the gap stays unchanged.
+        // The gap stays unchanged if too few cells determine the motions, or if no motion is unknown.
         without_resultants(&self.motions, &self.free, &mut values.gap);
         // The last step is no longer needed. Field `step` now carries the input of the transform, and field `image`
         // carries the output.
@@ -181,8 +185,8 @@ impl Solver<'_, '_> {
         }
     }
 
-    /// Computes `image` = S M S `step` on the free cells: the preconditioner M, scaled by S if there is a diagonal
-    /// compliance.
+    /// Computes `image` = S M S `step` on the free cells. M is the preconditioner. S is the scaling for the diagonal
+    /// compliance, and S is 1 without a diagonal compliance.
     fn stiffen(&mut self) {
         if let Some(scaling) = &self.scaling {
             self.free.iter().for_each(|&c| self.step[c] *= scaling[c]);
@@ -193,9 +197,10 @@ impl Solver<'_, '_> {
         }
     }
 
-    /// Tries a long step if the last step ended at the bounds long before its minimum. The gaps, more than the
-    /// displacement under pressure, then decide which cells carry load, and a long step decides this for all cells at
-    /// once. Returns `None` and restores the free cells if the step does not descend.
+    /// Tries a long step if the last step ended at the bounds long before the minimum along the step. If the last step
+    /// ended at the bounds early, mainly the gaps decide which cells carry load. The displacement under pressure has
+    /// less effect on the set of loaded cells. A long step decides for all cells at once which cells carry load.
+    /// Returns `None` and restores the free cells if the step does not descend.
     fn long_trial(&mut self) -> Option<Trial> {
         let length = self.long_step_length.take()?.min(LONGEST_GRADIENT_STEP)
             / self.half_space.self_compliance();
@@ -221,7 +226,7 @@ impl Solver<'_, '_> {
         None
     }
 
-    /// Finds a step whose chord descends. Stores it in `step`, and its end in `trial`.
+    /// Finds a step whose chord descends. Stores the chord in `step`, and the end of the chord in `trial`.
     fn descending_trial(&mut self) -> Option<Trial> {
         let held_resultants = self.held_resultants();
         let target = [0, 1, 2].map(|k| self.target[k] - held_resultants[k]);
@@ -250,8 +255,8 @@ impl Solver<'_, '_> {
         None
     }
 
-    /// Computes a trial step. Returns whether the projection bent it, or `None` if it does not descend. `target` are
-    /// the resultants of the free cells.
+    /// Computes a trial step. Returns whether the projection has bent the trial step, or `None` if the trial step does
+    /// not descend. `target` are the resultants of the free cells.
     fn descends(&mut self, way: SearchDirection, length: f64, target: &Motions) -> Option<bool> {
         let values = &mut self.on_free;
         let (direction, length) = match way {
@@ -267,7 +272,7 @@ impl Solver<'_, '_> {
             || high > self.cap
             || matches!(way, SearchDirection::Gradient | SearchDirection::Long);
         if bent {
-            // A trial so long that rounding hides its resultants would lose them, so it is rejected.
+            // Reject a very long trial, because rounding hides the resultants of a very long trial.
             if !project(
                 &self.motions,
                 &self.free,

@@ -10,7 +10,7 @@ const HIGHEST: f64 = 1e-3;
 /// Assumed Rq of a face whose heights are only a form \[m\].
 const OF_FORM: f64 = 1e-6;
 
-/// Rough face and its contact.
+/// Rough face of the joint, and the contact of the rough face.
 #[derive(Clone, Copy)]
 pub struct Face<'a> {
     pub surface: &'a Surface,
@@ -106,8 +106,8 @@ fn rq_of(heights: &[f64]) -> f64 {
     (square / heights.len() as f64).sqrt()
 }
 
-/// Returns the height of the highest cell above all but a thousandth of the cells, relative to the Rq of the lower
-/// ones.
+/// Returns the difference between the highest cell and the 99.9 % quantile of the heights, divided by an Rq. The Rq is
+/// the Rq of the cells up to the quantile.
 fn spike_of(heights: &[f64]) -> Option<f64> {
     let mut sorted = heights.to_vec();
     sorted.sort_by(f64::total_cmp);

@@ -1,4 +1,4 @@
-//! Formulas that are too long for a row of the table.
+//! Formulas of figures that are too long for a row of the table of figures.
 
 use std::f64::consts::{PI, TAU};
 
@@ -36,7 +36,8 @@ pub fn node_stiffness(setup: &Setup) -> Option<Figure> {
 /// Number of lengths of a resonator.
 pub const LENGTHS: usize = 11;
 
-/// Length of a resonator over the side of its joint. `place` counts its lengths in ascending order.
+/// Length of a resonator over the side of its joint. The index `place` counts the lengths of the resonator in ascending
+/// order.
 pub fn dimension(setup: &Setup, place: usize) -> Option<Figure> {
     let resonator = setup.resonator?;
     let mut lengths: [_; LENGTHS] = [

@@ -1,11 +1,12 @@
-//! Plausibility checks before a run: a few figures of a scene by rules of thumb, with a warning if a figure is out of
-//! its bounds.
+//! Plausibility checks before a run. Rules of thumb estimate a few figures of the scene. The program warns if a figure
+//! is out of its bounds.
 //!
 //! A wrong unit in a scene changes a figure by a factor of a thousand or more. The bounds are so wide that a joint of
-//! any metal, ceramic or polymer passes. Rules of thumb give only the order of magnitude. An unusual value gets a
-//! remark instead of a warning, because it may be intended.
+//! any metal, ceramic or polymer passes. Rules of thumb give only the order of magnitude. A figure with an unusual
+//! value gets a remark instead of a warning, because the user may intend the value.
 //!
-//! [`table::TABLE`] has a row for each figure. [`formulas`] has the formulas that are too long for a row.
+//! [`table::TABLE`] contains a row for each figure. [`formulas`] contains the formulas that are too long for a row of
+//! the table.
 
 mod face;
 mod formulas;
@@ -17,11 +18,11 @@ use crate::recipe::{Check, Inputs, Surface};
 use say::{Figure, Unit};
 use setup::Setup;
 
-/// Figure with its bounds, and the texts for a figure that is out of them.
+/// Rule for one figure: formula and bounds of the figure, and the texts for a figure out of bounds.
 #[derive(Clone, Copy)]
 struct Row {
     what: &'static str,
-    /// Returns `None` if the scene has no such figure.
+    /// Returns the figure. Returns `None` if the figure does not exist in the scene.
     formula: fn(&Setup) -> Option<Figure>,
     /// Keys to check.
     keys: &'static str,
@@ -45,7 +46,7 @@ enum Bounds {
     AtLeast(f64),
     AtMost(f64),
     Between(f64, f64),
-    /// The figure lies between these two values, or is zero if the scene lacks the quantity.
+    /// Smallest and largest value of a figure that is not zero. The figure is zero if the scene lacks the quantity.
     ZeroOr(f64, f64),
     /// Smallest and largest value, computed from the scene.
     Of(fn(&Setup) -> Option<[f64; 2]>),
@@ -82,7 +83,7 @@ fn correction(surface: &Surface) -> Option<Check> {
     })
 }
 
-/// Begins a row. The methods below set its fields.
+/// Returns a row with the name `what`. The methods of [`Row`] set the other fields of the row.
 const fn row(what: &'static str) -> Row {
     Row {
         what,

@@ -50,7 +50,7 @@ impl Figure {
     }
 }
 
-/// A figure in the unit of its row.
+/// Returns a figure whose text is the value in the unit of the row.
 pub fn number(value: f64) -> Option<Figure> {
     Some(Figure {
         value,
@@ -59,19 +59,19 @@ pub fn number(value: f64) -> Option<Figure> {
     })
 }
 
-/// A figure with its own text.
+/// Returns a figure with the text `words` in place of a number in the unit of the row.
 pub fn worded(value: f64, words: String) -> Option<Figure> {
     let words = Some(words);
     number(value).map(|figure| Figure { words, ..figure })
 }
 
-/// A ratio, with its numerator in the text.
+/// Returns the ratio of `value` to `whole`. The text of the figure contains the ratio and `value`.
 pub fn part(value: f64, whole: f64, unit: Unit) -> Option<Figure> {
     let ratio = value / whole;
     worded(ratio, format!("{} ({})", short(ratio), unit.format(value)))
 }
 
-/// A ratio, with numerator and denominator in the text.
+/// Returns the ratio of `value` to `other`. The text of the figure contains the ratio, `value` and `other`.
 pub fn over(value: f64, other: f64, unit: Unit) -> Option<Figure> {
     over_words(value, other, unit, "over")
 }

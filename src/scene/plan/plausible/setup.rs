@@ -15,11 +15,11 @@ pub struct Setup<'a> {
     pub recipe: &'a Recipe,
     pub motion: &'a Motion,
     pub map: Option<&'a PreparedSurface>,
-    /// Load in the scene \[N\]. The motion of a rough joint may have another one.
+    /// Load in the scene \[N\]. The motion of a rough joint may have another load.
     pub given_load: Option<f64>,
-    /// The bodies, if they have the same material.
+    /// Elastic constants of both bodies, if the two bodies have the same material.
     pub both: Option<Elastic>,
-    /// The bodies, if they have different materials.
+    /// Elastic constants of the lower and the upper body, if the two bodies have different materials.
     pub lower: Option<Elastic>,
     pub upper: Option<Elastic>,
     pub face: Option<Face<'a>>,
@@ -107,8 +107,9 @@ fn half_range(channel: &Channel) -> Option<f64> {
 pub struct Oscillator {
     pub mass: f64,
     damping: f64,
-    /// Stiffness of its springs, and of its contact while it sticks \[N/m\].
+    /// Stiffness of the springs of the oscillator \[N/m\].
     pub stiffness: f64,
+    /// Stiffness of the contact of the oscillator while the contact sticks \[N/m\].
     pub contact: f64,
 }
 

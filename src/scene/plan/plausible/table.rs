@@ -12,19 +12,21 @@ use crate::surface::prepare::{PLAUSIBLE_HEIGHTS, PLAUSIBLE_SIDES};
 const SQUARE: Bounds = Between(0.5, 2.0);
 /// Dimensions of a structure over the joint: from a gap to a long arm.
 const DIMENSION: Bounds = Between(6e-3, 100.0);
-/// Contact stiffness over body stiffness: from hardly touching to glued.
+/// Contact stiffness, divided by body stiffness: from hardly touching to glued.
 const OVER_BODY: Bounds = Between(0.01, 1e3);
-/// Motion over the side of a cell. Heights stay opposite to the same heights only up to one cell.
+/// Applied motion, divided by the side length of a cell. Heights stay opposite to the same heights only up to one cell.
 const CELL: Bounds = AtMost(1.0);
-/// Motion over the motion that makes the joint slide. More than the upper bound is not fretting.
+/// Applied motion, divided by the motion that makes the joint slide. A motion above the upper bound is not fretting.
 const MOTION: Bounds = Of(|setup| Some([least_motion(setup), 1e3]));
-/// Force over the force that makes the joint slide.
+/// Applied force, divided by the force that makes the joint slide.
 const PULL: Bounds = Of(|setup| Some([least_motion(setup), f64::INFINITY]));
-/// Smallest harmonic force at resonance. Below it, contact elements of equal stiffness and load slip at no frequency.
+/// Smallest ratio of the harmonic force at resonance to the friction limit. Below a ratio of 0.1, contact elements of
+/// equal stiffness and load slip at no frequency.
 const NO_SLIP: f64 = 0.1;
 
-/// Lower bound of the motion. Below it nothing slips. The energy of partial slip falls with the cube of the motion, so
-/// a joint with wear needs a larger motion.
+/// Lower bound of the motion or force, relative to the motion or force that makes the joint slide. Below the lower
+/// bound, no part of the joint slips. The energy of partial slip falls with the cube of the motion, so a joint with
+/// wear needs a larger motion.
 fn least_motion(setup: &Setup) -> f64 {
     match setup.recipe.wear {
         Some(_) => 8e-3,
@@ -185,8 +187,8 @@ pub static TABLE: &[Row] = &[
         // touch.
         .bounds(Between(1e-10, 1e-2))
         .hint("kN or N, mm or m, GPa or MPa?")
-        // On steel, the lowest usual ratio of 1e-6 is a pressure of 0.1 MPa. A lower pressure suggests a weight instead
-        // of a bolt.
+        // On steel, the lowest usual ratio of 1e-6 is a pressure of 0.1 MPa. A pressure below 0.1 MPa suggests that a
+        // weight presses the joint, not a bolt.
         .usual(AtLeast(1e-6))
         .remark("less than any bolt applies; kN or N, GPa or MPa?"),
     row("number of cells that touch")
@@ -316,7 +318,7 @@ pub static TABLE: &[Row] = &[
     row("force over what friction holds")
         .of(|setup| over(forces(setup)?[0], forces(setup)?[1], N))
         .keys("dynamics.force, dynamics.base, contact.normal_load")
-        // With less force nothing slips, and no resonance multiplies the force by as much.
+        // Below a ratio of 1e-6 no part of the joint slips, because no resonance multiplies a force by 1e6.
         .bounds(Between(1e-6, 10.0))
         .hint("N, kN or mN?"),
     row("force at resonance over what friction holds")
