@@ -55,7 +55,7 @@ const KINDS: [(&str, &[&str], &[&str]); 7] = [
     ("choice", &["values"], &[]),
 ];
 
-/// Smallest probability between the bounds. With less, the inverse would lose most digits.
+/// Smallest probability that a drawn value lies between the bounds. With a smaller probability, the inverse would lose most digits.
 const LEAST_MASS: f64 = 1e-9;
 
 /// Largest whole number up to which a floating-point value represents every whole number exactly.

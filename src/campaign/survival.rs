@@ -75,7 +75,7 @@ impl Survival {
         }
     }
 
-    /// Returns the share of the runs that have passed at `cycles`.
+    /// Returns the fraction of the runs that have passed the milestone at `cycles`.
     pub fn share_passed(&self, cycles: f64) -> f64 {
         let before = self.steps.iter().take_while(|step| step.0 <= cycles);
         before.last().map_or(0.0, |step| step.1)

@@ -32,7 +32,7 @@ pub fn error_bar_of(column: &str) -> Option<&'static str> {
 /// Percentage below which [`percent`] writes the percentage as a power of ten \[%\].
 const LEAST_DECIMAL: f64 = 1e-4;
 
-/// Formats a relative error in percent, with two digits, or with one digit below [`LEAST_DECIMAL`].
+/// Formats a relative error in percent, with two digits, or with one digit below `LEAST_DECIMAL`.
 pub fn percent(error: f64) -> String {
     let percent = 100.0 * error;
     if percent > 0.0 && percent < LEAST_DECIMAL {

@@ -12,7 +12,7 @@ use super::key::StageKey;
 
 /// File extension of a part.
 const ENDING: &str = ".part";
-/// Most bytes of a part.
+/// Largest size of a partial result in bytes.
 const LONGEST: u64 = 1 << 28;
 /// Bytes of a hash.
 const HASH: usize = 32;

@@ -90,8 +90,8 @@ pub struct CoupledProblem<'a> {
 /// Stopping criteria of a coupled step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CoupledOptions {
-    /// Options of the normal solves. The tolerance applies to the joint normal conditions, the bound on iterations to
-    /// each normal solve.
+    /// Options of the normal solves. The tolerance applies to the normal conditions of both bodies together. The
+    /// bound on iterations applies to each normal solve.
     pub normal: NormalOptions,
     /// Options of the tangential solves, and so of the joint tangential conditions.
     pub tangential: TangentialOptions,

@@ -17,7 +17,7 @@ const POINTS: usize = 200;
 /// Largest roughness of the smoother surfaces \[m\]: 0.5 and 1 µm, against 5 and 10 µm [A §4a].
 const SMOOTHER: f64 = 1e-6;
 /// * The area of the smoothest surface counts as much larger if it exceeds `MUCH` times the area of the roughest
-/// surface.
+///   surface.
 const MUCH: f64 = 2.0;
 /// * The last pressure of a run counts as much lower if it is at most `LOWER` times the first pressure.
 const LOWER: f64 = 0.5;

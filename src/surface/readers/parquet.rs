@@ -25,8 +25,8 @@ use crate::tables;
 /// Column of `surface.parquet` that is false for a cell outside the joint.
 const KEPT: &str = "kept";
 
-/// Smallest number of rows, as a fraction of the cells that the indices span. With fewer rows the indices are
-/// not a grid.
+/// Smallest number of rows, as a fraction of the cells that the indices span. The reader
+/// rejects a table with fewer rows, because its indices are not a grid.
 const FILLED: f64 = 0.05;
 
 pub(super) fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Content, ReadProblem> {
