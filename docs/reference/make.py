@@ -112,7 +112,7 @@ def importing():
     return f"\n## `fretwear-import`\n\n{command.description}\n\n| option | meaning |\n|---|---|\n{table}\n"
 
 
-def arguments(text):
+def argument_names(text):
     """The names of the arguments that follow the text of an error, such as `path` of `path.display()`."""
     depth, parts = 0, [""]
     for character in text:
@@ -121,10 +121,9 @@ def arguments(text):
             parts.append("")
         else:
             parts[-1] += character
-    words = (re.findall(r"[a-z_]{2,}", part) for part in parts if part.strip())
     # `listed(.keys)` is the argument `keys`.
-    return [re.search(r"\.([a-z_]+)", part)[1] if part.strip().split("(")[0].isidentifier() and "(." in part else each[0] if each else "value"
-            for part, each in zip((part for part in parts if part.strip()), words, strict=True)]  # fmt: skip
+    found = (re.match(r"\s*\w+\(\.([a-z_]+)|.*?([a-z_]{2,})", part, re.DOTALL) for part in parts if part.strip())
+    return [(name[1] or name[2]) if name else "value" for name in found]
 
 
 def messages():
@@ -135,7 +134,7 @@ def messages():
         rows = []
         for file in sorted(folder.rglob("*.rs")):
             for comment, message, rest in error.findall(file.read_text(encoding="utf-8")):
-                unnamed = iter(arguments(rest))
+                unnamed = iter(argument_names(rest))
 
                 def placeholder(found, unnamed=unnamed):
                     name = found[1].split(":")[0]

@@ -124,13 +124,16 @@ class Run:
             self.law = section("contact")["stiffness"]
             if self.law in ("total", "roughness"):
                 self.law += ", " + section("contact")["distribution"]
+            elif self.law == "sliders" and section("contact")["pressing"] == "punch":
+                # The pressing takes effect with sliders only.
+                self.law += ", punch"
         self.load = section("contact").get("normal_load")
         self.friction = section("contact").get("friction_coefficient")
         self.size, self.cells = section("joint").get("size"), section("joint").get("grid")
         base = json.loads(json.dumps(self.scene))
         for name, keys in (
             ("surface", ("rq", "seed")),
-            ("contact", ("pressure_cap", "stiffness", "distribution")),
+            ("contact", ("pressure_cap", "stiffness", "distribution", "pressing")),
             ("dynamics", ("harmonics",)),
             ("wear", ("cycles", "scheme", "tolerance", "depth_step")),
         ):

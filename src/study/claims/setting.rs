@@ -77,7 +77,10 @@ impl Setting {
         let size = recipe.surface().map(|surface| surface.size);
         Setting {
             base: base(scene),
-            law: law(scene),
+            law: law(
+                scene,
+                contact.is_some_and(|contact| contact.pressing.is_some()),
+            ),
             seed: scene["surface"]["seed"].as_u64(),
             side: size.map(|[x, y]| x.min(y)),
             length: size.map(|[x, _]| x),
@@ -116,13 +119,16 @@ impl Setting {
 }
 
 /// Returns the law of the contact elements: the stiffness kind, and the distribution of a stiffness of the whole joint.
-fn law(scene: &Value) -> String {
+///
+/// The structure presses the joint only if the law is "sliders". Sliders of rigid punches are therefore another law.
+fn law(scene: &Value, structure_presses: bool) -> String {
     if scene["dynamics"].is_null() {
         return String::new();
     }
     let word = |key: &str| scene["contact"][key].as_str().unwrap_or_default();
     match (word("stiffness"), word("distribution")) {
         (kind @ ("total" | "roughness"), shared) => format!("{kind}, {shared}"),
+        ("sliders", _) if !structure_presses => "sliders, punch".to_owned(),
         (kind, _) => kind.to_owned(),
     }
 }
@@ -135,7 +141,7 @@ fn base(scene: &Value) -> String {
         ("contact", "pressure_cap"),
         ("contact", "stiffness"),
         ("contact", "distribution"),
-        // The default depends on the preset, which is not part of the setting.
+        // The law of the contact elements has the pressing that takes effect.
         ("contact", "pressing"),
         ("dynamics", "harmonics"),
         // End of the run, and wear steps.
